@@ -155,8 +155,9 @@ int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat
     need(sigma, "sigma");
     const Model& m = observer->loaded->model;
     if (!m.error) throw NotKnown("\"" + m.name + "\" has no sigma");
-    Rows(sigma, m.nx(), 1) = std::visit(
-        [&](const auto& o) { return o.deviations(latent_of(*observer), o.output(), {o.in_domain()}); }, observer->any);
+    Rows(sigma, m.nx(), 1) =
+        std::visit([&](const auto& o) { return o.deviations(latent_of(*observer), o.output(), {o.error_is_known()}); },
+                   observer->any);
     return NLO_DONE;
   });
 }

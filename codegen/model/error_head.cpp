@@ -32,7 +32,7 @@ Eigen::MatrixXd deviations(const ErrorHead& head, const Eigen::MatrixXd& hidden,
     }
   Eigen::MatrixXd sigma = head.factor_68.asDiagonal() * log_sigma.array().exp().matrix();
   for (Eigen::Index k = 0; k < sigma.cols(); ++k)
-    if (!known[static_cast<std::size_t>(k)]) sigma.col(k).setConstant(kUnknownSigma);
+    if (!known[static_cast<std::size_t>(k)]) sigma.col(k).setConstant(static_cast<double>(kUnknownSigma));
   return sigma;
 }
 

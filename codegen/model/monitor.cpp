@@ -10,7 +10,7 @@ int armed_after(const Monitor& monitor, double sample_period_s) {
 }
 
 void leave_out_frozen(Monitor& monitor, Eigen::Index outputs) {
-  for (Eigen::VectorXd* each : {&monitor.most_equal, &monitor.resting, &monitor.witness, &monitor.rest_min,
+  for (Eigen::VectorXd* each : {&monitor.most_equal, &monitor.resting, &monitor.reference_sensor, &monitor.rest_min,
                                 &monitor.rest_max, &monitor.most_moved})
     each->setZero(outputs);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The monitor of an observer as its model file stores it: nlo/monitor.h has the equations.
+// The monitor of an observer in its model file. nlo/monitor.h has the equations.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ namespace nlo::codegen {
 struct Monitor {
   Eigen::MatrixXd prediction;      ///< P, n_y x (n_z + n_r + n_x): change of y over a sample from [z - S y; y; x_hat]
   Eigen::VectorXd offset;          ///< c, n_y
-  Eigen::VectorXd deviation;       ///< of the innovation where z is at its mean, n_y, in the outputs' units
+  Eigen::VectorXd deviation;       ///< of the innovation when z is at its mean, n_y, in the units of the outputs
   Eigen::VectorXd least_variance;  ///< n_y
   Eigen::VectorXd latent_mean, latent_deviation;                  ///< n_z, of z - S y
   Eigen::VectorXd windows_s;                                      ///< time constants of the averages
@@ -22,7 +22,7 @@ struct Monitor {
   double gate = 0.0;                   ///< in deviations; its square is kNoLimit where the gate stays open
   Eigen::VectorXd most_equal;          ///< n_y, equal readings in a row after which a sensor is frozen; 0: never
   Eigen::VectorXd resting;             ///< n_y, in the outputs' units: the reading that may stay the same while ...
-  Eigen::VectorXd witness;             ///< n_y, ... this output is at rest, too ...
+  Eigen::VectorXd reference_sensor;    ///< n_y, ... this output is at rest, too ...
   Eigen::VectorXd rest_min, rest_max;  ///< n_y, ... within this range
   Eigen::VectorXd most_moved;          ///< n_y, predicted change during equal readings after which a sensor is frozen,
                                        ///< in deviations of the innovation; 0: never
@@ -42,22 +42,22 @@ struct Monitor {
   bool compares_row() const { return (row_deviation.array() != 0.0).any(); }
 };
 
-/// No sensor is frozen.
+/// Returns true if no sensor is ever considered frozen.
 void leave_out_frozen(Monitor& monitor, Eigen::Index outputs);
-/// Innovations have one size, and no state is compared with its linear fit.
+/// Sets the size of innovations constant, and compares no state with its linear fit.
 void leave_out_motion_and_row(Monitor& monitor, Eigen::Index outputs, Eigen::Index states, Eigen::Index features);
 
-/// The equal readings in a row of output j, and the predicted changes meanwhile.
+/// Counts successive equal readings of output j, and adds up the predicted changes meanwhile.
 class Repeats {
  public:
   bool frozen() const { return frozen_; }
   int equal() const { return equal_; }
   double moved() const { return moved_; }
 
-  /// Adds a reading, that of its witness in the same sample (NaN: missing), and the change that was predicted
+  /// Adds a reading, that of its reference sensor in the same sample (NaN: missing), and the change that was predicted
   /// [deviations].
-  void add(const Monitor& monitor, Eigen::Index j, double y, double witness, double predicted) {
-    const bool moves = witness < monitor.rest_min(j) || witness > monitor.rest_max(j);
+  void add(const Monitor& monitor, Eigen::Index j, double y, double reference_sensor, double predicted) {
+    const bool moves = reference_sensor < monitor.rest_min(j) || reference_sensor > monitor.rest_max(j);
     const bool at_rest = y == monitor.resting(j) && !moves && !frozen_, repeats = y == raw_;
     moved_ = repeats ? moved_ + predicted : 0.0;
     equal_ = !repeats || at_rest ? 0 : equal_ + 1;
@@ -72,7 +72,7 @@ class Repeats {
   bool frozen_ = false;
 };
 
-/// Samples after a start without alarm.
+/// Returns the number of samples after a start before the monitor is armed.
 int armed_after(const Monitor& monitor, double sample_period_s);
 
 }  // namespace nlo::codegen

@@ -34,7 +34,7 @@ constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 8> kVec
 constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 6> kFrozen = {{
     {"most_equal", &Monitor::most_equal},
     {"resting", &Monitor::resting},
-    {"witness", &Monitor::witness},
+    {"reference_sensor", &Monitor::reference_sensor},
     {"rest_min", &Monitor::rest_min},
     {"rest_max", &Monitor::rest_max},
     {"most_moved", &Monitor::most_moved},
@@ -191,8 +191,8 @@ void check_monitor(const Model& model) {
   for (const auto& [name, member] : kFrozen) check_shape(m.*member, model.ny(), fmt::format("monitor.{}", name), "n_y");
   constexpr double kMostEqual = 65534;  // counted in 16 bits, of which the largest value means frozen
   check_within(m.most_equal, 0.0, kMostEqual, "monitor.most_equal");
-  check_within(m.witness, 0.0, model.measured() - 1, "monitor.witness");
-  for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"witness", &m.witness}})
+  check_within(m.reference_sensor, 0.0, model.measured() - 1, "monitor.reference_sensor");
+  for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"reference_sensor", &m.reference_sensor}})
     if (*counts != counts->array().floor().matrix()) fail("monitor.{} has a number that is not whole", name);
   for (const Eigen::VectorXd* reading : {&m.resting, &m.rest_min, &m.rest_max})
     check_within(*reading, -kLargestNumber, kLargestNumber, "monitor.resting, rest_min or rest_max");

@@ -69,7 +69,7 @@ double ReferenceMonitor::innovation(Index j, double y) const {
   return (change / monitor_.deviation(j) - predicted_(j)) / (1.0 + monitor_.motion(j) * place_);
 }
 
-VectorXd ReferenceMonitor::trusted(const VectorXd& y, double dt_s) {
+VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
   VectorXd kept = y;
   const Index measured = model_.measured();
   const int most_rejected = std::min(armed_after_, kMostRejected);
@@ -79,7 +79,8 @@ VectorXd ReferenceMonitor::trusted(const VectorXd& y, double dt_s) {
     missing_(j) = !std::isfinite(y(j));
     if (missing_(j)) continue;
     Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
-    repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.witness(j))), armed() ? predicted_(j) : 0.0);
+    repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.reference_sensor(j))),
+                armed() ? predicted_(j) : 0.0);
     if (!started_) continue;
     bool rejects = false;
     if (armed() && !gap) {
@@ -109,7 +110,7 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
     if (!gated_) {
       missing_(j) = false;
       if (own < StepStatus::kHeld)
-        repeats.add(monitor_, j, readings(j), readings(static_cast<Index>(monitor_.witness(j))),
+        repeats.add(monitor_, j, readings(j), readings(static_cast<Index>(monitor_.reference_sensor(j))),
                     armed() ? predicted_(j) : 0.0);
     }
     missing_(j) = missing_(j) || own >= StepStatus::kHeld || repeats.frozen();
@@ -156,6 +157,13 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
         monitor_.row_deviation(i) == 0.0 ? 0.0 : disagreement_(i) / monitor_.disagreement_limit(i);
 }
 
+VectorXd ReferenceMonitor::widened(const VectorXd& sigma) const {
+  constexpr auto unknown = static_cast<double>(kUnknownSigma);
+  if (alarm() != Alarm::kNone) return VectorXd::Constant(sigma.size(), unknown);
+  const VectorXd wider = (disagreement_ / kOrdinaryDisagreement).cwiseMax(1.0);
+  return (sigma.array() < unknown).select(sigma.cwiseProduct(wider), sigma);
+}
+
 Alarm ReferenceMonitor::alarm() const {
   Index worst = 0;
   const Index missing = static_cast<Index>(meanings_.size()) - model_.nx() - model_.ny();
@@ -175,7 +183,7 @@ std::vector<Alarm> ReferenceMonitor::meanings(const Model& model, const Monitor&
 }
 
 WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixXd& outputs, const MatrixXd& inputs,
-                       const VectorXd& time_s) {
+                       const VectorXd& time_s, Gate gate) {
   ReferenceObserver<float> observer(model);
   ReferenceMonitor watch(model, monitor);
   const Index samples = outputs.cols();
@@ -183,17 +191,20 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
       {MatrixXd::Zero(model.nx(), samples), MatrixXd::Zero(model.nz(), samples), MatrixXd::Zero(model.nr(), samples)},
       MatrixXd::Zero(watch.levels().size(), samples),
       std::vector<Alarm>(static_cast<std::size_t>(samples), Alarm::kNone)};
+  if (model.error)
+    all.run.sigma = all.run.widened_sigma = MatrixXd::Constant(model.nx(), samples, static_cast<double>(kUnknownSigma));
   std::vector<StepStatus> status(static_cast<std::size_t>(model.ny()));
   bool started = false;
   for (Index k = 0; k < samples; ++k) {
     const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
     const double dt_s = time_s.size() == 0 || k == 0 ? 0.0 : time_s(k) - time_s(k - 1);
-    const VectorXd y = watch.trusted(outputs.col(k), dt_s);
+    const VectorXd y = gate == Gate::kUsed ? watch.usable_outputs(outputs.col(k), dt_s) : VectorXd(outputs.col(k));
     if (dt_s == 0.0)
       observer.step(y, u);
     else
       observer.step(y, u, dt_s);
     started = started || outputs.col(k).allFinite();
+    all.run.status.push_back(observer.status());
     all.run.in_domain.push_back(observer.in_domain());
     if (!started) continue;
     all.run.z.col(k) = observer.latent().cast<double>();
@@ -203,6 +214,9 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
     watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k), status);
     all.levels.col(k) = watch.levels();
     all.alarms[static_cast<std::size_t>(k)] = watch.alarm();
+    if (!model.error) continue;
+    all.run.sigma.col(k) = observer.deviations(all.run.z.col(k), all.run.y.col(k), {observer.error_is_known()});
+    all.run.widened_sigma.col(k) = watch.widened(all.run.sigma.col(k));
   }
   all.armed_after = armed_after(monitor, model.sample_period_s);
   all.rejected = watch.rejected();

@@ -26,7 +26,7 @@ class ReferenceMonitor {
 
   /// Returns the outputs (n_y) as the observer should be given them: NaN beyond the gate or of a frozen sensor.
   /// `dt_s`: since the last sample; 0: one sample period.
-  Eigen::VectorXd trusted(const Eigen::VectorXd& y, double dt_s = 0.0);
+  Eigen::VectorXd usable_outputs(const Eigen::VectorXd& y, double dt_s = 0.0);
 
   /// Judges a sample after the observer's step: z, readings as it took them (n_r, angles unwrapped), x_hat, and the
   /// status of each output.
@@ -36,9 +36,15 @@ class ReferenceMonitor {
   /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then
   /// the share of missing measurements of each output; then b of each state.
   const Eigen::VectorXd& levels() const { return levels_; }
+
+  /// As Monitor::widened(): sigma, n_x, times max(1, b / kOrdinaryDisagreement), or kUnknownSigma while there is an
+  /// alarm.
+  Eigen::VectorXd widened(const Eigen::VectorXd& sigma) const;
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
-  Eigen::Index rejected() const { return all_rejected_; }  ///< measurements that trusted() kept away since reset()
+  Eigen::Index rejected() const {
+    return all_rejected_;
+  }  ///< measurements that usable_outputs() kept away since reset()
 
   /// Of a model with these limits, what an entry of levels() tells of.
   static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);
@@ -61,13 +67,12 @@ class ReferenceMonitor {
   std::vector<Repeats> repeats_;
   Eigen::VectorXi rejected_;
   double place_ = 0.0;                    // mean |off| of the last sample
-  bool gated_ = false, started_ = false;  // trusted() has seen the next sample; watch() has seen one
+  bool gated_ = false, started_ = false;  // usable_outputs() has seen the next sample; watch() has seen one
   int samples_ = 0;
   Eigen::Index all_rejected_ = 0;
 };
 
-/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate. `time_s`: N time
-/// stamps whose differences are the steps; empty: each is one sample period.
+/// A whole trajectory from reset, as ReferenceObserver::run() computes it, with the monitor beside it.
 struct WatchedRun {
   Run run;
   Eigen::MatrixXd levels;     ///< levels() x N
@@ -75,7 +80,12 @@ struct WatchedRun {
   int armed_after = 0;        ///< samples before levels above 1 are alarms
   Eigen::Index rejected = 0;
 };
+
+/// Whether outputs pass usable_outputs() before the step.
+enum class Gate { kUsed, kNotUsed };
+
+/// `time_s`: N time stamps whose differences are the steps; empty: each is one sample period.
 WatchedRun watched_run(const Model& model, const Monitor& monitor, const Eigen::MatrixXd& outputs,
-                       const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s = {});
+                       const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s = {}, Gate gate = Gate::kUsed);
 
 }  // namespace nlo::codegen

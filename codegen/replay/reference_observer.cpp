@@ -136,6 +136,7 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
   Matrix z(model_->nz(), samples), y(model_->nr(), samples);
   reset();
   const double period_s = model_->sample_period_s;
+  std::vector<bool> known;
   for (Eigen::Index k = 0; k < samples; ++k) {
     const double since_last_s = uniform || k == 0 ? period_s : time_s(k) - time_s(k - 1);
     const bool nominal = std::abs(since_last_s - period_s) <= kSameStep * period_s;
@@ -143,13 +144,14 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
          nominal ? period_s : since_last_s);
     run.status.push_back(status_);
     run.in_domain.push_back(in_domain());
+    known.push_back(error_is_known());
     z.col(k) = z_;
     y.col(k) = output().template cast<Scalar>();
     run.y.col(k) = output();
   }
   run.x_hat = estimates_in_blocks(z, y);
   run.z = z.template cast<double>();
-  run.sigma = deviations(run.z, run.y, run.in_domain);
+  run.sigma = deviations(run.z, run.y, known);
   return run;
 }
 

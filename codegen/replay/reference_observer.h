@@ -23,7 +23,8 @@ struct Run {
   Eigen::MatrixXd x_hat;       ///< n_x x N
   Eigen::MatrixXd z;           ///< n_z x N
   Eigen::MatrixXd y;           ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
-  Eigen::MatrixXd sigma = {};  ///< n_x x N, the standard deviations of the errors; 0 x 0 of a model that knows none
+  Eigen::MatrixXd sigma = {};  ///< n_x x N, half widths of the 68 % intervals; 0 x 0 for a model without an error head
+  Eigen::MatrixXd widened_sigma = {};   ///< n_x x N, as the monitor widens them; 0 x 0 without error head or monitor
   std::vector<StepStatus> status = {};  ///< N, what the observer said of each step
   std::vector<bool> in_domain = {};     ///< N, as in_domain() of the observer
 };
@@ -70,6 +71,9 @@ class ReferenceObserver {
   /// As the runtime's: z is in the domain, and no reading of the last step is clamped.
   bool in_domain() const;
 
+  /// As the runtime's: in_domain(), and no reading is stale or out of range.
+  bool error_is_known() const { return in_domain() && status_ < StepStatus::kStale; }
+
   /// What the runtime's observer says of the last step.
   StepStatus status() const { return status_; }
 
@@ -97,7 +101,7 @@ class ReferenceObserver {
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
   /// The standard deviations of their errors, n_x x N: sigma of estimate_with_error().
-  /// 0 x 0 of a model that knows none. known, N: in_domain() was true there.
+  /// 0 x 0 of a model that knows none. known, N: error_is_known() of the observer.
   Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y, const std::vector<bool>& known) const;
 
   /// The last hidden layer of T* there, n_h x N, of a model whose T* has one: what `error` of a model reads.

@@ -52,9 +52,9 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
     if (folded.error) {
-      run.sigma.col(k) = exact.deviations(exact.latent(), exact.output(), {exact.in_domain()});
+      run.sigma.col(k) = exact.deviations(exact.latent(), exact.output(), {exact.error_is_known()});
       run.exported_sigma.col(k) =
-          exported.deviation(exported.latent() - back, exact.output() - turned, exact.in_domain());
+          exported.deviation(exported.latent() - back, exact.output() - turned, exact.error_is_known());
     }
     run.status.push_back(exact.status());
     run.in_domain.push_back(exact.in_domain());

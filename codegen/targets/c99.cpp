@@ -55,7 +55,7 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       "//   }}\n",
       name, rounded_text(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u",
       watched("//   static {0}_monitor monitor;    // {0}_monitor_reset(&monitor) at start\n"),
-      m.monitor ? "" : "const ", watched("//     {0}_trusted(&monitor, &observer, y, y);\n"),
+      m.monitor ? "" : "const ", watched("//     {0}_usable_outputs(&monitor, &observer, y, y);\n"),
       watched("//     if ({0}_watch(&monitor, &observer, x_hat) != {0}_NO_ALARM) {{ enter_safe_mode(); return; }}\n"));
 }
 

@@ -61,10 +61,23 @@ std::string argument(const std::vector<Channel>& channels, bool is_scalar) {
   return is_scalar ? reads : "{{" + reads + "}}";
 }
 
+/// The lines of the example that read the estimate, and judge it where there is a monitor.
+std::string estimate_lines(bool watched, bool has_error) {
+  const std::string estimate = has_error ? "observer.estimate_with_error()" : "observer.estimate()";
+  if (watched && has_error)
+    return "//     const auto estimate = " + estimate +
+           ";\n"
+           "//     if (monitor.watch(observer, estimate.x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n"
+           "//     const auto [x_hat, sigma, bound_95] = monitor.widened(estimate);\n";
+  return std::string("//     const auto ") + (has_error ? "[x_hat, sigma, bound_95]" : "x_hat") + " = " + estimate +
+         ";\n" +
+         (watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "");
+}
+
 std::string example(const Source& s) {
   const bool scalars = s.model.measured() == 1 && s.model.nu() <= 1, watched = s.model.monitor.has_value();
   std::string arguments = argument(measured_channels(s.model), scalars);
-  if (watched) arguments = fmt::format("monitor.trusted({}, observer)", arguments);
+  if (watched) arguments = fmt::format("monitor.usable_outputs({}, observer)", arguments);
   if (s.model.nu() > 0) arguments += ", " + argument(inputs(s.model), scalars);
   return fmt::format(
       "// Use\n"
@@ -77,14 +90,12 @@ std::string example(const Source& s) {
       "//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while\n"
       "//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
-      "//     const auto {6} = observer.{7}();\n"
       "{5}"
       "//     use(x_hat[nlo::{0}::State::{3}]);\n"
       "//   }}\n",
       s.name, rounded_text(s.model.sample_period_s), arguments, s.model.states.front().name,
       watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};\n", s.name) : "",
-      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "",
-      s.folded.error ? "[x_hat, sigma, bound_95]" : "x_hat", s.folded.error ? "estimate_with_error" : "estimate");
+      estimate_lines(watched, s.folded.error.has_value()));
 }
 
 std::string top_comment(const Source& s) {

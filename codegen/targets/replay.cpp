@@ -32,7 +32,7 @@ Eigen::VectorXd tolerance(const Eigen::MatrixXd& want, const Eigen::MatrixXd& go
   const Eigen::VectorXd measured = times * (want - got).cwiseAbs().rowwise().maxCoeff();
   // An unknown sigma is one number in all arithmetics.
   const auto size = want.array().abs();
-  return measured.array() + rounding * (size < kUnknownSigma).select(size, 0.0).maxCoeff();
+  return measured.array() + rounding * (size < static_cast<double>(kUnknownSigma)).select(size, 0.0).maxCoeff();
 }
 
 /// How far `coarse` may be off, an export of 16-bit weights or of a coarser tanh, beside `plain`, the same without.

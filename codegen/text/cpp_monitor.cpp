@@ -45,7 +45,7 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
   if (!m.freezes_none()) {
     constants.push_back({"most_equal", "uint16_t", outputs, "most_equal", m.most_equal, {}});
     constants.push_back({"resting", "Scalar", outputs, "resting", m.resting, {}});
-    constants.push_back({"witness", "uint8_t", outputs, "witness", m.witness, {}});
+    constants.push_back({"reference_sensor", "uint8_t", outputs, "reference_sensor", m.reference_sensor, {}});
     constants.push_back({"rest_min", "Scalar", outputs, "rest_min", m.rest_min, {}});
     constants.push_back({"rest_max", "Scalar", outputs, "rest_max", m.rest_max, {}});
     constants.push_back({"most_moved", "Scalar", outputs, "most_moved", m.most_moved, {}});

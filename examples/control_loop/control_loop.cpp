@@ -27,9 +27,9 @@ float command = 0.0F;  // what would go to the actuator
 
 /// The control law of one tick: all that a firmware timer interrupt would do.
 Observer::Estimate on_timer(float position, int periods) {
-  if (periods != 1) monitor.reset();                    // it counts on steps of one sample period
-  const float y = monitor.trusted(position, observer);  // an outlier becomes a miss
-  const auto status = periods == 1 ? observer.step(y)   // latent only: a few multiply-adds
+  if (periods != 1) monitor.reset();                           // it counts on steps of one sample period
+  const float y = monitor.usable_outputs(position, observer);  // an outlier becomes a miss
+  const auto status = periods == 1 ? observer.step(y)          // latent only: a few multiply-adds
                                    : observer.step(y, static_cast<float>(periods) * kModel.sample_period_s);
   if (status != nlo::StepStatus::kOk) ++faults;  // clamped or held: the state is finite in any case
   const auto x_hat = observer.estimate();        // T*(z)

@@ -37,7 +37,7 @@ class Supervisor {
 
   /// One sample of both, and what the loop should use. Finite where one of the two is; otherwise the last one that was.
   Estimate step(const Output& y) {
-    const StepStatus status = observer_.step(monitor_.trusted(y, observer_));
+    const StepStatus status = observer_.step(monitor_.usable_outputs(y, observer_));
     filter_.step(y);
     const Estimate observed = observer_.estimate(), filtered = filter_.estimate();
     alarm_ = monitor_.watch(observer_, observed);

@@ -91,7 +91,7 @@ done
 sed -i 's/memcpy(ssGetDWork(S, kNext), &memory/memcpy(ssGetDWork(S, kNow), \&memory/' "$folder/${name}_sfun.c"
 sfunction "$folder" "$name" "$scalar" "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'outputs that move the state went unseen'
-sed -i '/_trusted\(_dt\)*(/d' "$work/simulink_watched_rig/watched_rig_sfun.c" "$work/px4_watched_rig/watched_rig_observer.cpp"
+sed -i '/_usable_outputs\(_dt\)*(/d' "$work/simulink_watched_rig/watched_rig_sfun.c" "$work/px4_watched_rig/watched_rig_observer.cpp"
 sfunction "$work/simulink_watched_rig" watched_rig float "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'an S-function without its gate went unseen'
 module "$work/px4_watched_rig" watched_rig float "$work/queue"
@@ -133,7 +133,7 @@ for entry in "${sensors[@]}"; do
   echo "ok      simplefoc $entry"
 done
 header=$work/simplefoc_watched_rig/src/watched_rig_sensor.h
-for wrong in 's/(angle_prev);  /(0);  /' 's/last_us_ += since_us/last_us_ += kPeriod_us/' 's/\(_trusted_dt(.*\), y);/\1, x_hat_);/' 's/kDue_us = kPeriod_us - kSlack_us/kDue_us = 2 * kPeriod_us/'; do
+for wrong in 's/(angle_prev);  /(0);  /' 's/last_us_ += since_us/last_us_ += kPeriod_us/' 's/\(_usable_outputs_dt(.*\), y);/\1, x_hat_);/' 's/kDue_us = kPeriod_us - kSlack_us/kDue_us = 2 * kPeriod_us/'; do
   cp "$header" "$work/right.h"
   sed -i "$wrong" "$header"
   ! cmp -s "$header" "$work/right.h" || fail "the control $wrong changes nothing"

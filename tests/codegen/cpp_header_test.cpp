@@ -184,7 +184,7 @@ TEST(CppHeader, RefusesNamesThatAreTaken) {
 
 TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
   // Everything at the left margin of a runtime header is in the namespace that was opened last.
-  const std::regex opened("^namespace nlo(?:::(\\w+))?[\\w:]* \\{");
+  const std::regex opened("^namespace nlo(?:::inline NLO_ISA)?(?:::(\\w+))?[\\w:]* \\{");
   const std::regex named("^(?:struct|class|enum class|using|concept) (\\w+)");
   const std::regex function("^(?:[A-Za-z_][\\w:<>*&, ]* )(\\w+)\\(");
   const std::regex constant("^inline constexpr [\\w:<>, ]+ (\\w+) =");

@@ -215,7 +215,7 @@ Model with_monitor(Model m) {
   monitor.missing_limit = Eigen::VectorXd::Constant(ny, 0.4);
   monitor.gate = 4.0;
   monitor.most_equal = Eigen::VectorXd::Constant(ny, 30.0);
-  monitor.resting = monitor.witness = Eigen::VectorXd::Zero(ny);
+  monitor.resting = monitor.reference_sensor = Eigen::VectorXd::Zero(ny);
   monitor.rest_min = Eigen::VectorXd::Constant(ny, -0.25);
   monitor.rest_max = Eigen::VectorXd::Constant(ny, 0.5);
   monitor.most_moved = Eigen::VectorXd::Constant(ny, 50.0);

@@ -43,11 +43,11 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
   int alarms = 0, rejected = 0, different = 0;
   double furthest = 0.0;
   for (const float y : measurements()) {
-    const float kept = monitor.trusted(y, observer);
+    const float kept = monitor.usable_outputs(y, observer);
     (void)observer.step(kept);
     const Alarm alarm = monitor.watch(observer, observer.estimate());
     const Eigen::VectorXd given = Eigen::VectorXd::Constant(1, static_cast<double>(y));
-    const Eigen::VectorXd screened = watch.trusted(given);
+    const Eigen::VectorXd screened = watch.usable_outputs(given);
     reference.step(screened);
     watch.watch(reference.latent(), reference.output(), reference.estimate(), {reference.status(Eigen::Index{0})});
     ASSERT_EQ(std::isnan(kept), std::isnan(screened(0)));
@@ -78,11 +78,13 @@ TEST(WatchedFlight, OfAWholeRunIsThatOfItsSteps) {
   ReferenceObserver<float> observer(model);
   ReferenceMonitor watch(model, *model.monitor);
   for (Eigen::Index k = 0; k < samples; ++k) {
-    observer.step(watch.trusted(y.col(k)));
+    observer.step(watch.usable_outputs(y.col(k)));
     watch.watch(observer.latent().cast<double>(), observer.output(), observer.estimate().cast<double>(),
                 {observer.status(Eigen::Index{0}), observer.status(Eigen::Index{1})});
     ASSERT_TRUE(watch.levels().isApprox(run.levels.col(k), 1e-12) || k == 0) << k;
   }
+  const WatchedRun open = watched_run(model, *model.monitor, y, {}, {}, Gate::kNotUsed);
+  EXPECT_EQ(open.run.x_hat, run.run.x_hat) << "a gate that rejects nothing changes nothing";
   EXPECT_EQ(run.armed_after, 10);
   EXPECT_TRUE(run.levels.allFinite());
   // The wrap is no jump: without it the innovation would be 2 pi over a deviation of .2.

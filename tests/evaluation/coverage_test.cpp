@@ -59,8 +59,8 @@ TEST(Coverage, LeavesOutWhatIsMaskedOrTooEarly) {
 
 TEST(Coverage, CountsSamplesWithoutAnIntervalApart) {
   Estimates estimates = of_width(0.45, 0.85);
-  estimates.sigma.rightCols(5).setConstant(codegen::kUnknownSigma);
-  estimates.bound_95.rightCols(5).setConstant(codegen::kUnknownSigma);
+  estimates.sigma.rightCols(5).setConstant(static_cast<double>(kUnknownSigma));
+  estimates.bound_95.rightCols(5).setConstant(static_cast<double>(kUnknownSigma));
   CoverageSum sum(kStates);
   sum.add(stairs(), estimates);
   EXPECT_DOUBLE_EQ(sum.coverage()->unknown(0), 0.5);

@@ -23,7 +23,7 @@ int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x
   float kept[FLOWN_MEASURED];
   int rejected = 0;
   for (int j = 0; j < FLOWN_MEASURED; ++j) kept[j] = y[j];
-  if (gated != 0) flown_trusted_dt(&monitor, &observer, y, dt_s, kept);
+  if (gated != 0) flown_usable_outputs_dt(&monitor, &observer, y, dt_s, kept);
 #if FLOWN_INPUTS > 0
   const flown_status status = (dt_s == 0.0F) ? flown_step(&observer, kept, u) : flown_step_dt(&observer, kept, u, dt_s);
 #else

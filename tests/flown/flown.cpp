@@ -44,7 +44,7 @@ int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x
   flown::Observer::Output outputs{};
   for (int j = 0; j < outputs.size(); ++j) outputs[j] = y[j];
   flown::Observer::Output kept = outputs;
-  if (gated != 0) kept = monitor.trusted(outputs, observer, dt_s);
+  if (gated != 0) kept = monitor.usable_outputs(outputs, observer, dt_s);
   const nlo::StepStatus status = step(observer, kept, u, dt_s);
   const auto estimate = observer.estimate();
   const nlo::Alarm alarm = monitor.watch(observer, estimate);

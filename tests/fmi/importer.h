@@ -137,7 +137,7 @@ static void step_both(fmi3Instance i, double* time, Pair* pair, int k, bool halv
   const bool regular = !(sample.dt_s > 0);
   const fmi3Status answer = do_step(i, time, regular ? atof(period) : (double)sample.dt_s);
 #ifdef NLO_MONITORED
-  NAMED(trusted_dt)(&pair->monitor, observer, y, regular ? 0 : sample.dt_s, y);
+  NAMED(usable_outputs_dt)(&pair->monitor, observer, y, regular ? 0 : sample.dt_s, y);
 #endif
   const NAMED(status) want = regular ? NAMED(step)(observer, y AND_U) : NAMED(step_dt)(observer, y AND_U, sample.dt_s);
   Scalar x_hat[kNx];

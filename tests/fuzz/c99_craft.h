@@ -98,7 +98,7 @@ class C99Craft {
   int watched(const Scalar* y, const Step& step) {
     Scalar given[kNy], x_hat[Calls::kNx];
     for (int j = 0; j < kNy; ++j) given[j] = y[j];
-    Watch::trusted(&monitor, &observer, given);
+    Watch::usable_outputs(&monitor, &observer, given);
     const int status = step(given);
     if (Watch::kWatched) Calls::estimate(&observer, x_hat);
     alarm = Watch::watch(&monitor, &observer, x_hat);
@@ -117,7 +117,7 @@ struct Unwatched {
   static constexpr auto restore = [](auto*, auto*) { return true; };
   static void reset(Monitor*) {}
   template <class... Any>
-  static void trusted(Any...) {}
+  static void usable_outputs(Any...) {}
   template <class... Any>
   static int watch(Any...) {
     return 0;
@@ -180,17 +180,17 @@ struct Unwatched {
     nlo::hostile::fly(nlo::hostile::C99Craft<NAME##_calls, WATCH>(), #NAME, bits, steps);           \
   }
 #define NLO_C99_CRAFT(NAME, SCALAR, NU) NLO_C99_CRAFT_OF(NAME, SCALAR, NU, nlo::hostile::Unwatched)
-#define NLO_C99_WATCHED_CRAFT(NAME, SCALAR, NU)                                                               \
-  struct NAME##_watch_calls {                                                                                 \
-    static constexpr bool kWatched = true;                                                                    \
-    using Monitor = NAME##_monitor;                                                                           \
-    static constexpr auto restore = [](auto* m, auto* saved) { return NAME##_monitor_restore(m, saved); };    \
-    static void reset(Monitor* m) { NAME##_monitor_reset(m); }                                                \
-    static void trusted(Monitor* m, const NAME##_observer* o, SCALAR* y) { NAME##_trusted(m, o, y, y); }      \
-    static int watch(Monitor* m, const NAME##_observer* o, const SCALAR* x) { return NAME##_watch(m, o, x); } \
-    template <class Scalar>                                                                                   \
-    static Scalar level(const Monitor& m) {                                                                   \
-      return m.level;                                                                                         \
-    }                                                                                                         \
-  };                                                                                                          \
+#define NLO_C99_WATCHED_CRAFT(NAME, SCALAR, NU)                                                                        \
+  struct NAME##_watch_calls {                                                                                          \
+    static constexpr bool kWatched = true;                                                                             \
+    using Monitor = NAME##_monitor;                                                                                    \
+    static constexpr auto restore = [](auto* m, auto* saved) { return NAME##_monitor_restore(m, saved); };             \
+    static void reset(Monitor* m) { NAME##_monitor_reset(m); }                                                         \
+    static void usable_outputs(Monitor* m, const NAME##_observer* o, SCALAR* y) { NAME##_usable_outputs(m, o, y, y); } \
+    static int watch(Monitor* m, const NAME##_observer* o, const SCALAR* x) { return NAME##_watch(m, o, x); }          \
+    template <class Scalar>                                                                                            \
+    static Scalar level(const Monitor& m) {                                                                            \
+      return m.level;                                                                                                  \
+    }                                                                                                                  \
+  };                                                                                                                   \
   NLO_C99_CRAFT_OF(NAME, SCALAR, NU, NAME##_watch_calls)

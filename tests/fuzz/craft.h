@@ -144,7 +144,7 @@ class CppCraft {
   int watched(const Scalar* y, const Step& step) {
     Output given{};
     for (int j = 0; j < kNy; ++j) given[j] = y[j];
-    if constexpr (kWatched) given = monitor_.trusted(given, observer_);
+    if constexpr (kWatched) given = monitor_.usable_outputs(given, observer_);
     const auto status = static_cast<int>(step(given));
     if constexpr (kWatched) (void)monitor_.watch(observer_, observer_.estimate());
     return status;

@@ -7,7 +7,7 @@
 
 #include <float.h>
 
-#if tiny_c99_EXPORT != 0xb89f461c
+#if tiny_c99_EXPORT != 0xa3ddce60
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -22,20 +22,20 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-// An AVR has its flash in an address space of its own: there, what points to constants is another kind of pointer.
+// The flash of an AVR has its own address space, so pointers to constants have their own type.
 #if !defined(__AVR__)
 #define IN_FLASH
 #define REGULAR_STEP (&kStep)
 #elif defined(__FLASH) && !defined(__STRICT_ANSI__)
-// Of two tables with the same values, avr-gcc 5 would keep one and warn that the other has none.
+// avr-gcc 5 would merge two tables with equal values, and warn.
 #pragma GCC optimize("no-ipa-icf")
 #define IN_FLASH __flash
-#define REGULAR_STEP ((const Step[]){kStep})  // a copy in RAM, where a step that is computed lies too
+#define REGULAR_STEP ((const Step[]){kStep})  // a copy in RAM, as for a step that is computed
 #else
 #error "constants in the flash of an AVR: compile with -std=gnu99 or later, as the Arduino IDE does"
 #endif
 
-// Analysers take it that what is volatile may hold anything.
+// Static analysers assume that a volatile object may hold any value.
 #if defined(__FRAMAC__)
 #define EACH_STORE
 #else
@@ -64,22 +64,22 @@ static Scalar of_bits(uint32_t bits) {
 
 enum { kStaleAfter = 13, kLongestGap = 1000 };  // sample periods
 static const Scalar kSamplePeriod = 0.02f;  // s
-static const Scalar kLargest = 1.2676506e+30f;  // |z| that a step can still take
-static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
+static const Scalar kLargest = 1.2676506e+30f;  // largest |z| from which a step cannot overflow
+static const Scalar kTiny = 7.888609e-31f;  // a smaller |z| becomes 0
 
 static const IN_FLASH Scalar kInitial[kNz] = {0.0f, 0.0f};  // z before the first measurement
 static const IN_FLASH Scalar kNoOutput[kNy] = {0.0f};
 
-// What a measurement may be. The box that training has filled.
+// Ranges of the readings. The domain: the box of z in training.
 static const IN_FLASH Scalar kOutputMin[kNy] = {-3.0f};
 static const IN_FLASH Scalar kOutputMax[kNy] = {3.0f};
 static const IN_FLASH Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
 static const IN_FLASH Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
-// Finite, told from the bits: no compiler flag can reason it away. `v == v` beside it tells static analysers of NaN.
+// True if v is finite. It tests the bits, so that -ffast-math cannot remove the test. `v == v` is for static analysers.
 static bool is_finite(Scalar value) { return (bits_of(value) & 0x7f800000U) != 0x7f800000U; }
 
-// Volatile, or compilers make a call of it.
+// volatile, because compilers would turn the loop into a call of memcpy.
 static void copy(Scalar* to, const Scalar* from, int n) {
   EACH_STORE Scalar* target = to;
   for (int i = 0; i < n; ++i) { target[i] = from[i]; }
@@ -91,8 +91,8 @@ static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
 }
 
 // Health of a channel. 0: its latest sample was used unchanged. Otherwise 4 times the number of samples in a row that
-// were not, plus 1 if the last good value was used instead, 2 if the sample was clamped, 3 if it was clamped after missed
-// samples, 0 if it was used unchanged after missed samples: then the next count starts at 1.
+// were not, plus 1 if the last good value was used instead, 2 if the sample was clamped, 3 if it was clamped after
+// missed samples, 0 if it was used unchanged after missed samples: then the next count starts at 1.
 static uint16_t counted_on(uint16_t last, uint16_t samples, uint16_t what) {
   const uint32_t before = ((last % 4U) != 0U) ? ((uint32_t)last / 4U) : 0U, all = before + samples, most = 16383U;
   return (uint16_t)((((all < most) ? all : most) * 4U) + what);
@@ -107,8 +107,8 @@ static tiny_c99_status status_of_health(uint16_t health) {
   return tiny_c99_HELD;
 }
 
-// Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values, and
-// updates the health of each channel. Returns true if one of them was held.
+// Validates the readings of a sample. `accepted` holds the last good readings; usable values overwrite them. Updates
+// the health of each channel. Returns true if a reading was held.
 static bool validate(const Scalar* y, Scalar* accepted, uint16_t* health) {
   bool held = false;
   for (int j = 0; j < kNy; ++j) {
@@ -128,14 +128,14 @@ static bool validate(const Scalar* y, Scalar* accepted, uint16_t* health) {
   return held;
 }
 
-// |z| is not so large that a step overflows. Otherwise a bit flip has corrupted it.
+// True if z is so small that a step cannot overflow. A larger z has been corrupted by a bit flip.
 static bool is_reachable(const Scalar* z) {
   bool good = true;
   for (int r = 0; r < kNz; ++r) { good = good && is_finite(z[r]) && (z[r] == z[r]) && (z[r] > -kLargest) && (z[r] < kLargest); }
   return good;
 }
 
-// The state is one that steps can lead to.
+// True if steps can lead to this state.
 static bool is_sound(const tiny_c99_observer* o) {
   bool good = (o->started <= 1U) && is_reachable(o->z) &&
               ((o->status <= (uint8_t)tiny_c99_REJECTED) || (o->status == (uint8_t)tiny_c99_RESET));
@@ -152,7 +152,7 @@ static tiny_c99_status set_status(tiny_c99_observer* o, tiny_c99_status status) 
   return status;
 }
 
-// The status of a sample: the worst of its channels.
+// Sets the status of a sample: the worst of its channels.
 static tiny_c99_status update_status(tiny_c99_observer* o) {
   tiny_c99_status worst = tiny_c99_OK;
   for (int j = 0; j < kNy; ++j) {
@@ -163,7 +163,7 @@ static tiny_c99_status update_status(tiny_c99_observer* o) {
 }
 
 // exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w: Taylor series at w / 2^s, then s doublings
-// (Higham, Functions of Matrices, section 10.7.4). No number takes more doublings, and for NaN the result is NaN.
+// (Higham, Functions of Matrices, section 10.7.4). The number of doublings suffices for any w; NaN gives NaN.
 // w <= 0.
 static void phi(Scalar w, Scalar* exp_minus_1, Scalar* phi1, Scalar* phi2) {
   int doublings = 0;
@@ -182,10 +182,10 @@ static void phi(Scalar w, Scalar* exp_minus_1, Scalar* phi1, Scalar* phi2) {
   *phi2 = p2;
 }
 
-// out = W in + b, weights one neuron after the other.
+// out = W in + b. The weights are stored one neuron after another.
 static void dense(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias, const Scalar* in,
                   Scalar* out) {
-  for (int fours = outputs / 4; fours > 0; --fours) {  // four sums side by side: an input is loaded once for four weights
+  for (int fours = outputs / 4; fours > 0; --fours) {  // four sums at once: each input is loaded once for four weights
     const IN_FLASH Scalar *w0 = weights, *w1 = w0 + inputs, *w2 = w1 + inputs, *w3 = w2 + inputs;
     Scalar sum0 = bias[0], sum1 = bias[1], sum2 = bias[2], sum3 = bias[3];
     for (int i = 0; i < inputs; ++i) {
@@ -211,7 +211,7 @@ static void dense(int inputs, int outputs, const IN_FLASH Scalar* weights, const
   }
 }
 
-// x P(x^2) / Q(x^2), degrees 9/8, x clamped to +-7.75: within 5e-7 of tanh.
+// Returns x P(x^2) / Q(x^2), degrees 9/8, with x clamped to +-7.75; its error is below 5e-7.
 static Scalar tanh_rational(Scalar x) {
   const Scalar limit = 7.75f;
   x = (x < limit) ? x : limit;
@@ -228,7 +228,7 @@ static void tanh_layer(int inputs, int outputs, const IN_FLASH Scalar* weights, 
   for (int o = 0; o < outputs; ++o) { out[o] = tanh_rational(out[o]); }
 }
 
-// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: between samples y is a ramp
+// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}; between samples y is a ramp
 typedef struct {
   Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
 } Step;
@@ -243,7 +243,7 @@ static const IN_FLASH Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
 static const IN_FLASH Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
 static const IN_FLASH Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
 
-// D and F over a step of h seconds, by phi at w = lambda h.
+// Computes the coefficients of a step over h seconds from phi at w = lambda h.
 static void make_step(Scalar h, Step* step) {
   for (int r = 0; r < kNz; ++r) {
     Scalar phi1, phi2;
@@ -255,7 +255,7 @@ static void make_step(Scalar h, Step* step) {
   }
 }
 
-// z one step on.
+// Advances z by one step.
 static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
   const Scalar* a = step->a_minus_1;
   Scalar change[kNz];
@@ -266,7 +266,7 @@ static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* 
   }
 }
 
-// z on by the steady state of y.
+// z <- z + S y.
 static void settle(tiny_c99_observer* o) {
   for (int r = 0; r < kNz; ++r) {
     for (int j = 0; j < kNy; ++j) { o->z[r] += kSteadyGain[r][j] * o->y[j]; }
@@ -278,20 +278,20 @@ static void start(tiny_c99_observer* o, const Scalar* y) {
   o->started = 1U;
 }
 
-// If a bit flip has corrupted the state, the next measurement is the first.
+// Resets an observer whose state a bit flip has corrupted. The next measurement is its first.
 static tiny_c99_status reset_after_corruption(tiny_c99_observer* o) {
   tiny_c99_reset(o);
   return set_status(o, tiny_c99_RESET);
 }
 
-// A step leaves a state that steps can lead to. A bit flip in a stored reading reaches z only after several steps, so
-// stored readings that are reused are checked here.
+// True if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps, so stored
+// readings that are reused are checked here.
 static tiny_c99_status checked(tiny_c99_observer* o, bool held) {
   const bool good = held ? is_sound(o) : is_reachable(o->z);
   return good ? (tiny_c99_status)o->status : reset_after_corruption(o);
 }
 
-// One step: that of the sample period, or another.
+// One step: over one sample period, or over another time.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
   copy(next, o->y, kNy);

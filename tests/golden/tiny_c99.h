@@ -45,7 +45,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0xb89f461c  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0xa3ddce60  // tiny_c99.c has the same
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
@@ -54,7 +54,7 @@ enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
 enum { tiny_c99_output_y };
 enum { tiny_c99_state_position };
 
-// What a step did with its measurement; larger is worse. The latent state is finite after every step.
+// Result of a step; larger is worse. The latent state is finite after every step.
 typedef enum {
   tiny_c99_OK,           // the measurement was used unchanged
   tiny_c99_CLAMPED,      // an output or input outside its declared range was clamped to it
@@ -65,7 +65,7 @@ typedef enum {
   tiny_c99_RESET = 7     // a bit flip corrupted the state: the next measurement is the first
 } tiny_c99_status;
 
-// An observer is this and nothing else: copy it to save it.
+// The whole state of an observer. A copy saves it.
 typedef struct {
   float z[2];     // latent state
   float y[1];     // last good measurement; angles within their first turn
@@ -74,40 +74,40 @@ typedef struct {
   uint8_t started; // 1 once a first measurement has come
 } tiny_c99_observer;
 
-// Makes an observer, or makes it forget everything: it waits for its first measurement. One before anything else.
+// Makes an observer, or resets it: it waits for its first measurement. Call one of them before anything else.
 void tiny_c99_init(tiny_c99_observer* observer);
 void tiny_c99_reset(tiny_c99_observer* observer);
 
-// Starts from the steady state of y: a shorter transient when the plant is at rest, or after a gap.
+// Starts from the steady state of y. This shortens the transient if the plant is at rest, also after a gap.
 tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]);
 
-// One sample period on, with the measurement at its end. The first one after a reset only starts the observer. One that
-// is not finite stands for a missed one. 6 multiply-adds.
+// Advances the observer by one sample period, with the measurement y at the end of it. The first measurement after a reset
+// only starts the observer. A measurement that is not finite counts as missing. 6 multiply-adds.
 tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]);
 
-// The same over dt_s seconds: for jitter, and after missed samples. Some 60 operations per latent state.
-// Beyond 1.5 sample periods it has the status of round(dt_s / period) - 1 missed samples (HELD, or STALE). The measurement
-// is used all the same.
+// The same over dt_s seconds, for jitter and after missed samples. Some 60 operations per latent state.
+// A step over more than 1.5 sample periods has the status of round(dt_s / period) - 1 missed samples (HELD or STALE).
+// The measurement is used nevertheless.
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s);
 
-// One sample period on without a measurement: the last good one is held.
+// Advances the observer by one sample period without a measurement: the last good one is held.
 tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer);
 
-// x_hat. Computed on each call: 12 multiply-adds, 4 activations.
+// Computes x_hat. Each call takes 12 multiply-adds, 4 activations.
 void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]);
 
-// Status of the latest step. RESET if a bit flip has corrupted the state since.
+// Returns the status of the latest step, or RESET if a bit flip has corrupted the state since then.
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer);
 
-// Status of one channel: an output's position. The step's status is the worst of all.
+// Returns the status of one channel: an output's position. The status of the step is the worst of all channels.
 // REJECTED and RESET apply to every channel. REJECTED is also returned for a channel number out of range.
 tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel);
 
-// z is where training has been, and no reading is clamped. False: an estimate extrapolates.
+// Returns true if z is within the range of the training and no reading is clamped. Otherwise the estimate extrapolates.
 bool tiny_c99_in_domain(const tiny_c99_observer* observer);
 
-// Continues from a saved observer. Refused (false, nothing changed) unless it is one that stepping can reach: what comes
-// from storage may be damaged.
+// Continues from a saved observer. Returns false and changes nothing if steps cannot lead to its state, because storage may
+// have damaged it.
 bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved);
 
 #ifdef __cplusplus

@@ -28,7 +28,7 @@
 //   constinit static nlo::watched::Monitor monitor{nlo::watched::kMonitor};
 //
 //   void on_timer() {  // every 0.02 s
-//     const auto status = observer.step(monitor.trusted(read_y(), observer));
+//     const auto status = observer.step(monitor.usable_outputs(read_y(), observer));
 //     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while
 //     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange
 //     if (!observer.in_domain()) return enter_safe_mode();
@@ -123,7 +123,7 @@ inline constexpr MonitorModel kMonitor = {
     .armed_after = 10,
     .most_equal = {30},
     .resting = {0.0f},
-    .witness = {0},
+    .reference_sensor = {0},
     .rest_min = {-0.25f},
     .rest_max = {0.5f},
     .most_moved = {50.0f},

@@ -184,7 +184,7 @@ TEST(FitMonitor, FrozenIsWhatRepeatsLongerThanNearlyAllOfTheTraining) {
   // for frozen; with the one before it were 3.2 %.
   EXPECT_EQ(monitor.most_equal(1), 8.0);
   EXPECT_EQ(monitor.resting(1), 2.0);
-  EXPECT_EQ(monitor.witness(1), 0.0) << "it goes to 3 where the other leaves its rest";
+  EXPECT_EQ(monitor.reference_sensor(1), 0.0) << "it goes to 3 where the other leaves its rest";
   EXPECT_GT(monitor.rest_min(1), 0.9);
   EXPECT_LT(monitor.rest_max(1), 1.1);
   EXPECT_EQ(monitor.most_equal(0), 5.0) << "a sensor of high resolution, which never repeats a reading";
@@ -192,7 +192,7 @@ TEST(FitMonitor, FrozenIsWhatRepeatsLongerThanNearlyAllOfTheTraining) {
       << "simulated runs do not show a resolution";
   SensedRuns without = runs;
   for (Eigen::MatrixXd& y : without.outputs) y.row(0).setOnes();
-  EXPECT_EQ(fit_monitor(model, without, limits, std::nullopt, {}, request).monitor.witness(1), 1.0)
+  EXPECT_EQ(fit_monitor(model, without, limits, std::nullopt, {}, request).monitor.reference_sensor(1), 1.0)
       << "control: nothing is one";
 }
 

@@ -71,7 +71,7 @@ static void estimate(const NAME_(observer) * o) {
 static void any_watch(NAME_(monitor) * m, const NAME_(observer) * o) {
   SCALAR y[NAME_(NY)], x_hat[NAME_(NX)];
   for (int j = 0; j < NAME_(NY); ++j) y[j] = any_scalar;
-  NAME_(trusted)(m, o, y, y);
+  NAME_(usable_outputs)(m, o, y, y);
   NAME_(estimate)(o, x_hat);
   NAME_(watch)(m, o, x_hat);
   NAME_(monitor_armed)(m);

@@ -181,6 +181,21 @@ TEST(ErrorHead, IsUnknownOutsideOfTheDomain) {
   }
 }
 
+TEST(ErrorHead, IsUnknownWhileAReadingIsStale) {
+  KklObserver<SureModel<float>> observer(kSure);
+  (void)observer.step(1.0F);
+  int held = 0;
+  while (observer.step_missed() == StepStatus::kHeld) {
+    ++held;
+    EXPECT_EQ(observer.estimate_with_error().sigma[0] < kUnknownSigma, observer.in_domain());
+  }
+  ASSERT_EQ(observer.status(), StepStatus::kStale);
+  EXPECT_GT(held, 0) << "control: a held reading alone does not make the error unknown";
+  EXPECT_EQ(observer.estimate_with_error().sigma[0], kUnknownSigma);
+  (void)observer.step(1.0F);
+  EXPECT_EQ(observer.estimate_with_error().sigma[0] < kUnknownSigma, observer.in_domain());
+}
+
 TEST(ErrorHead, StaysFiniteWhateverIsMeasured) {
   KklObserver<SureModel<float>> observer(kSure);
   const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -3e38F, 0.0F};

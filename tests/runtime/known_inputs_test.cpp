@@ -100,6 +100,46 @@ TEST(KnownInputs, ABadInputIsHeldOrClampedAndCounted) {
   EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kStale);
 }
 
+/// Three outputs and inputs together, of which kNu are inputs: one real mode each, unit gain, T* = z.
+template <int kNu>
+using ThreeModes = KklModel<double, 3, 3 - kNu, 3, 0, decltype(identity_map<double, 3>()), kNu>;
+
+template <int kNu>
+ThreeModes<kNu> three_modes() {
+  ThreeModes<kNu> m{};
+  m.sample_period_s = 0.05;
+  m.stale_after = 3;
+  m.latent.hold = Hold::kFirstOrder;
+  for (int r = 0; r < 3; ++r) {
+    m.latent.eigenvalues[r] = -1.0 - r;
+    m.latent.output_injection[r][r] = 1.0 + r;
+    m.outputs.min[r] = m.domain.latent_min[r] = -10.0;
+    m.outputs.max[r] = m.domain.latent_max[r] = 10.0;
+  }
+  m.inverse_map = identity_map<double, 3>();
+  testing::complete(m);
+  return m;
+}
+
+TEST(KnownInputs, ASingleInputOrOutputNeedsNoBraces) {
+  const auto one_input = three_modes<1>();
+  KklObserver braces(one_input), plain(one_input);
+  for (int k = 0; k < 5; ++k) {
+    const double y = 0.1 * k, u = 1.0 - k;
+    ASSERT_EQ(braces.step({{y, -y}}, {{u}}), plain.step({{y, -y}}, u));
+    ASSERT_EQ(braces.step({{y, -y}}, {{u}}, 0.06), plain.step({{y, -y}}, u, 0.06));
+    for (int r = 0; r < 3; ++r) ASSERT_EQ(braces.latent()[r], plain.latent()[r]);
+  }
+  EXPECT_NE(plain.latent()[2], 0.0) << "control: the input is read";
+  const auto one_output = three_modes<2>();
+  KklObserver all_braces(one_output), scalar_output(one_output);
+  for (int k = 0; k < 5; ++k) {
+    ASSERT_EQ(all_braces.step({{0.1 * k}}, {{1.0, 2.0}}), scalar_output.step(0.1 * k, {{1.0, 2.0}}));
+    ASSERT_EQ(all_braces.step({{0.1 * k}}, {{1.0, 2.0}}, 0.06), scalar_output.step(0.1 * k, {{1.0, 2.0}}, 0.06));
+  }
+  for (int r = 0; r < 3; ++r) EXPECT_EQ(all_braces.latent()[r], scalar_output.latent()[r]);
+}
+
 TEST(KnownInputs, AWarmStartIsTheSteadyStateOfBoth) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder, true);
   KklObserver observer(model);

@@ -146,7 +146,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
       if (j == j_wrong && kind == kMissing && k % 20 != 0) y[j] = std::numeric_limits<double>::quiet_NaN();
     }
     if (kind == kExtrapolates) x_hat[j_wrong] += 5.0;
-    const auto kept = monitor.trusted(y, observer);
+    const auto kept = monitor.usable_outputs(y, observer);
     want.gate(y);
     for (int j = 0; j < 2; ++j) {
       ASSERT_EQ(std::isnan(kept[j]), want.missing[j]) << k;

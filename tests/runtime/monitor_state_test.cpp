@@ -81,7 +81,7 @@ TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
   state.distance[0] = 25.0;
   auto& own = state.outputs[0];
   own.rejected = kMostRejected;
-  own.missing = 1;  // between trusted() and watch()
+  own.missing = 1;  // between usable_outputs() and watch()
   own.equal = 65535;
   own.missing_share = 1.0;
   own.last = -5.0;
@@ -139,7 +139,7 @@ TEST(Monitor, StaysFiniteWhateverArrives) {
   std::mt19937_64 engine(3);
   const auto bits = [&] { return std::bit_cast<double>(static_cast<std::uint64_t>(engine())); };
   for (int k = 0; k < 100000; ++k) {
-    const double kept = monitor.trusted(bits(), observer);
+    const double kept = monitor.usable_outputs(bits(), observer);
     if (!std::isnan(kept)) observer.y = kept;
     observer.z = bits();
     (void)monitor.watch(observer, Vector<double, 1>{{bits()}});
@@ -163,7 +163,7 @@ constexpr bool watches_at_compile_time() {
   m.gate_squared = 1.0;
   Monitor<Model> monitor(m);
   Fake observer;
-  return monitor.trusted(0.5, observer) == 0.5 && monitor.watch(observer, {{0.0}}) == Alarm::kNone;
+  return monitor.usable_outputs(0.5, observer) == 0.5 && monitor.watch(observer, {{0.0}}) == Alarm::kNone;
 }
 static_assert(watches_at_compile_time());
 

@@ -61,7 +61,7 @@ TEST(Monitor, PredictionIsItsRowOfLatentStateReadingsAndEstimate) {
   Monitor<Model> monitor(m);
   Fake observer;
   observer.z = 3.0;
-  observer.y = monitor.trusted(-1.0, observer);
+  observer.y = monitor.usable_outputs(-1.0, observer);
   (void)monitor.watch(observer, Vector<double, 1>{{0.75}});
   EXPECT_EQ(monitor.save().outputs[0].predicted, 0.125 + 0.5 * 3.0 - 0.25 * -1.0 + 2.0 * 0.75);
 }
@@ -74,13 +74,13 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   observer.z = 1.0;  // one deviation: d stays at 1
   for (int k = 0; k < 5; ++k) EXPECT_EQ(seen(monitor, observer, 0.0), Alarm::kNone);
   EXPECT_EQ(monitor.level(), 1.0);
-  EXPECT_EQ(monitor.trusted(8.0, observer), 8.0) << "four deviations, and less noise than in training";
-  EXPECT_TRUE(std::isnan(monitor.trusted(8.001, observer)));
+  EXPECT_EQ(monitor.usable_outputs(8.0, observer), 8.0) << "four deviations, and less noise than in training";
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(8.001, observer)));
   auto state = monitor.save();
   state.outputs[0].windows[0].variance = 1.5;  // of the shortest window, and not of another
   ASSERT_TRUE(monitor.restore(state));
-  EXPECT_EQ(monitor.trusted(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
-  EXPECT_TRUE(std::isnan(monitor.trusted(9.81, observer)));
+  EXPECT_EQ(monitor.usable_outputs(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(9.81, observer)));
   (void)monitor.watch(observer, {{0.0}});
   EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "of one sample";
 }
@@ -92,7 +92,7 @@ std::vector<bool> taken(const Model& model, const std::vector<double>& measureme
   for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 0.01 * (k + 1));
   std::vector<bool> through;
   for (const double y : measurements) {
-    const double kept = monitor.trusted(y, observer);
+    const double kept = monitor.usable_outputs(y, observer);
     through.push_back(!std::isnan(kept));
     if (through.back()) observer.y = kept;
     (void)monitor.watch(observer, Vector<double, 1>{{0.0}});
@@ -114,30 +114,30 @@ TEST(Monitor, ASensorThatRepeatsAReadingForTooLongIsFrozenUntilItMoves) {
   EXPECT_THAT(taken(m, std::vector<double>(100, 1.0)), ::testing::Each(true)) << "control";
 }
 
-TEST(Monitor, ARestingSensorIsFrozenWhereItsWitnessMoves) {
+TEST(Monitor, ARestingSensorIsFrozenWhereItsReferenceSensorMoves) {
   Wide::Model m{};
   std::fill_n(m.per_deviation, 2, 1.0);
   m.gate_squared = 1e9;
   m.most_equal[0] = 3;
-  m.witness[0] = 1;
+  m.reference_sensor[0] = 1;
   m.rest_min[0] = -0.1;
   m.rest_max[0] = 0.1;
   Monitor<Wide::Model> monitor(m);
   Wide observer;
-  const auto taken = [&](double y, double witness) {
-    const Vector<double, 2> kept = monitor.trusted({{y, witness}}, observer);
+  const auto taken = [&](double y, double reference_sensor) {
+    const Vector<double, 2> kept = monitor.usable_outputs({{y, reference_sensor}}, observer);
     (void)monitor.watch(observer, {{0.0, 0.0}});
     return !std::isnan(kept[0]);
   };
   for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, k % 2 == 0 ? 0.1 : -0.1)) << "both are at rest";
-  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, 0.11), k < 3) << "the witness moves: " << k;
+  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, 0.11), k < 3) << "the reference sensor moves: " << k;
   EXPECT_FALSE(taken(0.0, 0.0)) << "once frozen it is not believed before it moves";
   EXPECT_TRUE(taken(0.001, 0.0));
   EXPECT_TRUE(taken(0.0, 0.0));
   for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, -0.11), k < 3) << "below, too: " << k;
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(taken(0.001, 0.0));
-  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, kMissing)) << "a witness that is missing tells nothing";
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, kMissing)) << "a missing reference sensor says nothing";
 }
 
 TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {
@@ -186,9 +186,9 @@ TEST(Monitor, KeepsOutliersFromTheObserver) {
   std::mt19937 engine(1);
   std::normal_distribution<double> noise(0.0, 2.0);  // one deviation
   for (int k = 0; k < 200; ++k) (void)seen(monitor, observer, noise(engine));
-  EXPECT_FALSE(std::isnan(monitor.trusted(7.0, observer)));  // 3.5 deviations
-  EXPECT_TRUE(std::isnan(monitor.trusted(40.0, observer)));  // 20
-  EXPECT_TRUE(std::isnan(monitor.trusted(-40.0, observer)));
+  EXPECT_FALSE(std::isnan(monitor.usable_outputs(7.0, observer)));  // 3.5 deviations
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(40.0, observer)));  // 20
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(-40.0, observer)));
 }
 
 TEST(Monitor, GateRejectsNothingBeforeTheMonitorIsArmed) {
@@ -197,10 +197,10 @@ TEST(Monitor, GateRejectsNothingBeforeTheMonitorIsArmed) {
   Monitor<Model> monitor(m);
   Fake observer;
   for (int k = 0; k <= m.armed_after; ++k) {
-    EXPECT_FALSE(std::isnan(monitor.trusted(1000.0 * (k % 2), observer))) << k;
+    EXPECT_FALSE(std::isnan(monitor.usable_outputs(1000.0 * (k % 2), observer))) << k;
     (void)seen(monitor, observer, 0.0);
   }
-  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer))) << "control: once armed it rejects";
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(1000.0, observer))) << "control: once armed it rejects";
 }
 
 TEST(Monitor, GateBelievesAReadingThatStaysFarUntilItIsOrdinaryAgain) {
@@ -214,7 +214,7 @@ TEST(Monitor, GateBelievesAReadingThatStaysFarUntilItIsOrdinaryAgain) {
   const auto rejected = [&](double y, int samples) {
     int count = 0;
     for (int k = 0; k < samples; ++k) {
-      count += std::isnan(monitor.trusted(y, observer));
+      count += std::isnan(monitor.usable_outputs(y, observer));
       observer.y = 0.0;  // a slow observer: the innovation stays far
       (void)monitor.watch(observer, {{0.0}});
     }
@@ -230,9 +230,9 @@ TEST(Monitor, GateDoesNotCompareAReadingAfterAGapWithThePredictionOfOnePeriod) {
   Monitor<Model> monitor(m);
   Fake observer;
   for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, 0.0);
-  EXPECT_EQ(monitor.trusted(1000.0, observer, 0.02), 1000.0) << "two sample periods";
-  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer, 0.014))) << "jitter";
-  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer))) << "control";
+  EXPECT_EQ(monitor.usable_outputs(1000.0, observer, 0.02), 1000.0) << "two sample periods";
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(1000.0, observer, 0.014))) << "jitter";
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(1000.0, observer))) << "control";
 }
 
 TEST(Monitor, GateNeverHoldsBackForLongerThanTheMonitorTakesToArm) {
@@ -252,7 +252,7 @@ TEST(Monitor, GateWidensWithTheNoise) {
   int rejected = 0;
   for (int k = 0; k < 5000; ++k) {
     const double y = noise(engine);
-    if (k > 100 && std::isnan(monitor.trusted(y, observer))) ++rejected;
+    if (k > 100 && std::isnan(monitor.usable_outputs(y, observer))) ++rejected;
     (void)seen(monitor, observer, y);
   }
   EXPECT_LT(rejected, 250);  // 5 %
@@ -299,7 +299,7 @@ TEST(Monitor, ASensorThatRepeatsAReadingWhileThePredictionMovesOnIsFrozen) {
     Fake observer;
     const auto fly = [&](double y, double moves) {
       double kept = y;
-      if (gated) kept = monitor.trusted(y, observer);
+      if (gated) kept = monitor.usable_outputs(y, observer);
       if (!std::isnan(kept)) observer.y = kept;
       observer.z = moves;
       (void)monitor.watch(observer, {{0.0}});
@@ -351,6 +351,34 @@ TEST(Monitor, DisagreementIsTheSmoothedDistanceOfTheEstimateFromItsLinearFit) {
   EXPECT_EQ(monitor.alarm(), Alarm::kDisagreement);
 }
 
+TEST(Monitor, WidensIntervalsByTheDisagreementAndMakesThemUnknownDuringAnAlarm) {
+  Model m = quiet_model();
+  m.per_row_deviation[0] = 1.0;  // the row is 0: the disagreement is |x_hat|, smoothed
+  m.disagreement_limit[0] = 7.0;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  const EstimateWithError<double, 1> plain{{{0.0}}, {{0.5}}, {{1.25}}};
+  const auto after = [&](double x_hat, int samples) {
+    for (int k = 0; k < samples; ++k) (void)monitor.watch(observer, {{x_hat}});
+    return monitor.widened(plain);
+  };
+  EXPECT_EQ(after(1.9, 1000).sigma[0], 0.5) << "a disagreement below 2 is ordinary";
+  const auto wider = after(6.0, 2000);  // 40 windows: the average is 6 to rounding, three times what is ordinary
+  EXPECT_NEAR(wider.sigma[0], 1.5, 1e-12);
+  EXPECT_NEAR(wider.bound_95[0], 3.75, 1e-12);
+  EXPECT_EQ(wider.x_hat[0], 0.0);
+  const auto unknown = after(8.0, 2000);
+  ASSERT_EQ(monitor.alarm(), Alarm::kDisagreement);
+  EXPECT_EQ(unknown.sigma[0], static_cast<double>(kUnknownSigma));
+  EXPECT_EQ(unknown.bound_95[0], 2.5 * static_cast<double>(kUnknownSigma));
+  const double most = static_cast<double>(kUnknownSigma);
+  const EstimateWithError<double, 1> outside{{{0.0}}, {{most}}, {{2.5 * most}}};
+  monitor.reset();
+  (void)after(6.0, 2000);
+  ASSERT_EQ(monitor.alarm(), Alarm::kNone);
+  EXPECT_EQ(monitor.widened(outside).sigma[0], most) << "unknown stays unknown, and finite in float";
+}
+
 TEST(Monitor, IsSilentUntilArmedAndAfterAReset) {
   Model m = quiet_model();
   m.variance_limit[0][0] = 0.5;  // white noise of one deviation is above it
@@ -383,7 +411,7 @@ TEST(Monitor, IsNotArmedAfterAResetOfItsObserver) {
   };
   arm();
   observer.started = 0;
-  (void)monitor.trusted(0.0, observer);  // before the step that starts it
+  (void)monitor.usable_outputs(0.0, observer);  // before the step that starts it
   EXPECT_FALSE(monitor.armed());
   EXPECT_EQ(monitor.alarm(), Alarm::kNone);
   observer.started = 1;

@@ -19,15 +19,17 @@ static_assert(
     std::is_same_v<InverseMap<Network, LinearPath<float, 3, 2>>, LearnedMap<Network, LinearPath<float, 3, 2>>>);
 static_assert(std::is_same_v<OutputRange<float, 2>, ReadingRange<float, 2>>);
 
-TEST(OldNames, ScreenedIsTrusted) {
+TEST(OldNames, ScreenedAndTrustedReturnTheUsableOutputs) {
   const Model m = quiet_model();
-  Monitor<Model> old_name(m), own(m);
+  Monitor<Model> old_name(m), older_name(m), own(m);
   Fake observer;
   for (const double y : {0.0, 7.0, 40.0, -40.0}) {
-    const double kept = own.trusted(y, observer), screened = old_name.screened(y, observer);
-    EXPECT_TRUE(kept == screened || (std::isnan(kept) && std::isnan(screened))) << y;
+    const double kept = own.usable_outputs(y, observer);
+    for (const double old : {old_name.trusted(y, observer), older_name.screened(y, observer)})
+      EXPECT_TRUE(kept == old || (std::isnan(kept) && std::isnan(old))) << y;
     (void)own.watch(observer, {{0.0}});
     (void)old_name.watch(observer, {{0.0}});
+    (void)older_name.watch(observer, {{0.0}});
   }
 }
 

@@ -67,7 +67,7 @@ struct Pair {
   StepStatus status = StepStatus::kOk;
 
   void fly(int k) {
-    const auto y = monitor.trusted(typename Observer::Output{{measured(k)}}, observer);
+    const auto y = monitor.usable_outputs(typename Observer::Output{{measured(k)}}, observer);
     if constexpr (Observer::kDriven) {
       typename Observer::Input u{};
       for (float& entry : u) entry = 0.2F;

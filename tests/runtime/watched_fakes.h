@@ -58,7 +58,7 @@ inline Model quiet_model() {
 }
 
 inline Alarm seen(Monitor<Model>& monitor, Fake& observer, double y) {
-  const double kept = monitor.trusted(y, observer);
+  const double kept = monitor.usable_outputs(y, observer);
   if (!std::isnan(kept)) observer.y = kept;
   return monitor.watch(observer, Vector<double, 1>{{0.0}});
 }

@@ -75,8 +75,9 @@ void call_estimate() {
 }
 
 #if NLO_MONITORED
-void call_trusted() {
-  for (const float value : flown.monitor.trusted(values<Observer::Output>(call_y), flown.observer)) estimated = value;
+void call_usable_outputs() {
+  for (const float value : flown.monitor.usable_outputs(values<Observer::Output>(call_y), flown.observer))
+    estimated = value;
 }
 
 void call_watch() {

@@ -167,7 +167,7 @@ Call calls[] = {{"call_step", call_step},
                 {"call_step_dt", call_step_dt},
                 {"call_estimate", call_estimate},
 #if NLO_MONITORED
-                {"call_trusted", call_trusted},
+                {"call_usable_outputs", call_usable_outputs},
                 {"call_watch", call_watch}
 #endif
 };
@@ -177,7 +177,7 @@ void go_on() {
   call_step();
 #if NLO_MONITORED
   call_watch();
-  call_trusted();
+  call_usable_outputs();
 #endif
 }
 

@@ -6,7 +6,7 @@
 #include "nlo/measurement.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The inputs of the last sample. Empty (kNu = 0) for every other kind of observer.
 template <class Scalar, int kNu>
@@ -39,4 +39,4 @@ struct InputMemory<Scalar, 0> {
   constexpr bool is_reachable() const { return true; }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

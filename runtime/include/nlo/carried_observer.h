@@ -3,8 +3,8 @@
 // measures the angular rate w (three inputs). A vector x that is constant in the world obeys x' = -w x x in the axes of
 // the body. The latent states rotate likewise, three rows for each mode of D:
 //   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k   (scaled to unit length if the model says so)
-// In axes that do not rotate this is the linear system z' = D z + F y. Therefore the errors decay with the eigenvalues of
-// D for every w. If the sensor's axes are rotated, z and x_hat rotate with them, to rounding.
+// In axes that do not rotate this is the linear system z' = D z + F y. Therefore the errors decay with the eigenvalues
+// of D for every w. If the sensor's axes are rotated, z and x_hat rotate with them, to rounding.
 //
 //   observer.step({{ax, ay, az}}, {{wx, wy, wz}});   // w in rad/s, of the axes that y is measured in
 //
@@ -22,11 +22,11 @@
 #include "nlo/rotation.h"
 #include "nlo/sampled_observer.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// Limits within which a rotation takes a fixed number of operations. Export refuses a range of w that turns by more than
-/// kMostTurn [rad] in a sample period. Then theta, with its coning term, is below 2^3 in a sample period and below 2^21
-/// in the longest gap.
+/// Limits within which a rotation takes a fixed number of operations. Export refuses a range of w that turns by more
+/// than kMostTurn [rad] in a sample period. Then theta, with its coning term, is below 2^3 in a sample period and below
+/// 2^21 in the longest gap.
 struct CarriedLimits {
   static constexpr double kMostTurn = 4.0;
   static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;
@@ -137,4 +137,4 @@ class CarriedObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 CarriedObserver(const Model&) -> CarriedObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -9,7 +9,7 @@
 #include "nlo/functions.h"
 #include "nlo/kernels/arithmetic.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 inline constexpr float kLeastNoise = 0x1p-16F;  ///< least noise of an output, as a share of h' P h
 
@@ -62,4 +62,4 @@ NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scala
   }
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

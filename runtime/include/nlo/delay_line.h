@@ -9,10 +9,10 @@
 
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// Stores the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples is a compile error if the line is
-/// constinit, as above. A delay computed at run time is limited to that range.
+/// Stores the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples is a compile error if the line
+/// is constinit, as above. A delay computed at run time is limited to that range.
 ///   kChannels  number of inputs
 ///   kSamples   longest delay [samples]
 template <int kChannels, int kSamples, class Scalar = float>
@@ -20,8 +20,8 @@ class DelayLine {
   static_assert(kChannels > 0 && kSamples > 0);
 
  public:
-  /// delay: of each input [samples]; NaN counts as 0. The constructor is not consteval because clang 14 loses the members
-  /// that a consteval constructor sets.
+  /// delay: of each input [samples]; NaN counts as 0. The constructor is not consteval because clang 14 loses the
+  /// members that a consteval constructor sets.
   constexpr explicit DelayLine(const Scalar (&delay)[kChannels]) {
     for (int i = 0; i < kChannels; ++i) {
       if (!(delay[i] >= Scalar(0) && delay[i] <= Scalar(kSamples))) delay_is_outside_of_the_line();
@@ -32,9 +32,9 @@ class DelayLine {
     }
   }
 
-  /// Stores the inputs of this sample and returns the inputs that act now. Inputs before the first call count as equal to
-  /// the first ones. An input that is not finite is returned unchanged when its time comes; the observer then holds the
-  /// last good one.
+  /// Stores the inputs of this sample and returns the inputs that act now. Inputs before the first call count as equal
+  /// to the first ones. An input that is not finite is returned unchanged when its time comes; the observer then holds
+  /// the last good one.
   constexpr Vector<Scalar, kChannels> push(const Vector<Scalar, kChannels>& u) {
     if (!started_)
       for (auto& slot : past_) slot = u;
@@ -70,4 +70,4 @@ class DelayLine {
   bool started_ = false;
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

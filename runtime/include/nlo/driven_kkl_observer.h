@@ -23,7 +23,7 @@
 #include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Input field of the plant: g(x) u = sum_i u_i (constant_i + linear_i x).
 template <class Scalar, int kNx, int kNu>
@@ -67,7 +67,7 @@ struct DrivenKklModel {
 
   Scalar sample_period_s;
   std::uint16_t stale_after;  ///< after this many held measurements in a row the status is kStale
-  Hold input_hold;            ///< kZeroOrder: u has acted since the last sample; kFirstOrder: a ramp from the last u to it
+  Hold input_hold;  ///< kZeroOrder: u has acted since the last sample; kFirstOrder: a ramp from the last u to it
   LatentModel<Scalar, kNz, kNy> latent;
   ForcedStep<Scalar, kNz, kNy> forced;  ///< coefficients for phi(z) u over one sample period
   ReadingRange<Scalar, kNy> outputs;
@@ -140,4 +140,4 @@ class DrivenKklObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 DrivenKklObserver(const Model&) -> DrivenKklObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

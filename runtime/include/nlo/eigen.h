@@ -6,7 +6,7 @@
 
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Returns a view of the vector as an Eigen column vector.
 template <class Scalar, int kN>
@@ -27,4 +27,4 @@ auto from_eigen(const Eigen::MatrixBase<Derived>& v) {
   return result;
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

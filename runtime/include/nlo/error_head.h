@@ -3,7 +3,8 @@
 // hidden layer h of T*:
 //   log2 sigma = W [h; h^2] + b,  limited to [lowest, highest]
 // The squares are needed for odd plants, where h changes its sign with z but the size of the error does not change.
-// Outside of the domain the error is unknown, and sigma is kUnknownSigma, which is larger than any error.
+// Outside of the domain, and while the observer is stale, the error is unknown. Then sigma is kUnknownSigma, which is
+// larger than any error.
 #pragma once
 
 #include <bit>
@@ -11,12 +12,12 @@
 #include <limits>
 #include <type_traits>
 
+#include "nlo/estimate_with_error.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/mlp.h"
-#include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Coefficients of the exponential series. The first omitted term is below the rounding of 1 for |f| <= log(2) / 2.
 template <class Scalar, int kTerms = sizeof(Scalar) == 4 ? 8 : 14>
@@ -50,19 +51,6 @@ constexpr Scalar power_of_2(Scalar v) {
   const Scalar scale = std::bit_cast<Scalar>(exponent + std::bit_cast<Bits>(Scalar(1)));
   return kSeries.template operator()<kArithmetic>(f) * scale;
 }
-
-/// sigma of an unknown error, in the unit of the state; bound_95 is a multiple of it. A test such as
-/// `bound_95[i] > limit` is then true for every limit.
-inline constexpr float kUnknownSigma = 0x1p100F;
-
-/// An estimate and the half widths of its 68 % and 95 % intervals, n_x each. 68 % of the errors were within sigma and
-/// 95 % within bound_95, on runs that training has not seen, at the noise that the model was calibrated for.
-template <class Scalar, int kNx>
-struct EstimateWithError {
-  Vector<Scalar, kNx> x_hat;
-  Vector<Scalar, kNx> sigma;
-  Vector<Scalar, kNx> bound_95;
-};
 
 /// Error head of a T* whose last hidden layer has kWidth values.
 template <class Scalar_, int kWidth_, int kNx_>
@@ -102,7 +90,7 @@ struct ErrorHead {
     kernels::evaluate<Activation::kTanh, kArithmetic>(OneLayer{layer}, h, log2_sigma, h, h);
   }
 
-  /// Returns sigma of state i, or kUnknownSigma if z lies outside of the domain (known = false). If log2_sigma is NaN,
+  /// Returns sigma of state i, or kUnknownSigma if nothing is known of the error (known = false). If log2_sigma is NaN,
   /// sigma is the largest value that training has seen.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr Scalar deviation(int i, Scalar log2_sigma, bool known) const {
@@ -111,7 +99,7 @@ struct ErrorHead {
     return select<kArithmetic>(known, power_of_2<kArithmetic>(held), Scalar(kUnknownSigma));
   }
 
-  /// Returns x_hat at z and y with its intervals. known: z lies in the domain of the model.
+  /// Returns x_hat at z and y with its intervals. known: z lies in the domain, and no reading is stale.
   template <Arithmetic kArithmetic, class Model, int kNz, int kNr>
   EstimateWithError<Scalar, kNx> estimate(const Model& model, const Scalar (&z)[kNz], const Scalar (&y)[kNr],
                                           bool known) const {
@@ -130,4 +118,4 @@ struct ErrorHead {
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -7,7 +7,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// c | a      slopes k_i = f(t + c_i h, z + h sum_j a_ij k_j), j < i
 ///   | b      z+ = z + h sum_i b_i k_i
@@ -96,4 +96,4 @@ void integrate(const Model& model, Scalar (&z)[kNz], const Scalar (&y)[kNy], con
   }
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step of z' = D z + F y + N(z, t) by the exponential scheme ETD4RK-B of Krogstad: exact in D and F y, of order 4 in
-// N. With N = 0 it is the recurrence of latent.h. Two simpler schemes do not serve:
+// One step of z' = D z + F y + N(z, t) by the exponential scheme ETD4RK-B of Krogstad: exact in D and F y, of order 4
+// in N. With N = 0 it is the recurrence of latent.h. Two simpler schemes do not serve:
 // - Plain RK4 is unstable for |lambda h| > 2.78, and observers have such fast poles.
 // - An integrating factor is stable, but its steady state for a constant N is wrong, by 70 % at lambda h = -10. The
 //   steady state of this scheme is exact.
@@ -11,7 +11,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// exp(w) - 1 and phi_1, phi_2, phi_3 of w: Phi with one more function, phi_3(w) = (phi_2(w) - 1/2) / w.
 template <class T>
@@ -156,4 +156,4 @@ void exponential_rk_step(const LatentStep<Scalar, kNz, kNy>& step, const ForcedS
   add_forced<kPairs, kArithmetic>(w.end_4, n4, z);
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -15,7 +15,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Coefficients of the series of sin and cos for |x| <= pi / 4, and pi / 2 as a sum of three parts. The first two parts
 /// have so few digits that their products with integers up to 2^13 are exact (Cody and Waite).
@@ -159,4 +159,4 @@ constexpr T logarithm(T x) {
   return select<kEach>(known, value, std::numeric_limits<T>::quiet_NaN());
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Gates of a gated observer (gated_observer.h), and a step of its units. The tanh is that of activation.h.
-//   sigmoid(2 a) = (1 + tanh a) / 2      a reset gate; the share of the way to the target in a step of one sample period
+//   sigmoid(2 a) = (1 + tanh a) / 2      a reset gate; the share of the way to the target in a step of one sample
+//     period
 //   1 - exp(-periods softplus(2 a))      the share in a step of any number of periods
 // For periods = 1 both are equal, because exp(-softplus(v)) = 1 - sigmoid(v).
 #pragma once
@@ -14,13 +15,13 @@
 #include "nlo/kernels/cortex_m_gates.h"
 #endif
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Intermediate values of a step of kUnits gated units: 2 kUnits gates and kUnits targets.
 template <class Scalar, int kUnits>
 struct GateBuffers {
-  // The targets may overwrite the reset gates, which are not needed any more by then. This saves a quarter of the stack.
-  // With vectors the targets have a buffer of their own, because they must be aligned.
+  // The targets may overwrite the reset gates, which are not needed any more by then. This saves a quarter of the
+  // stack. With vectors the targets have a buffer of their own, because they must be aligned.
   static constexpr bool kShares = !kernels::kHasVectors;
   LayerBuffer<Scalar, 2 * kUnits> gates;
   LayerBuffer<Scalar, kShares ? 1 : kUnits> apart;
@@ -48,9 +49,9 @@ constexpr T gate_over(T a, T periods) {
   return -decay_minus_1(rounded<T>(periods * softplus));
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 #if NLO_HAS_VECTORS
 using native::tile;
@@ -141,8 +142,8 @@ NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scala
   gated_units<kArithmetic, kRegular, OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 using kernels::gate_of;
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -11,7 +11,7 @@
 #include "nlo/mlp.h"
 #include "nlo/sampled_batch.h"
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 #if NLO_HAS_VECTORS
 namespace native {
@@ -73,9 +73,9 @@ NLO_INLINE bool gated_plants(const Model& model, const Rows& y, int first, Scala
 }
 #endif
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 template <class Model, int kPlants, Arithmetic kArithmetic = Arithmetic::kFast>
 class GatedBatch : public SampledBatch<GatedBatch<Model, kPlants, kArithmetic>, Model, kPlants, kArithmetic> {
@@ -97,4 +97,4 @@ class GatedBatch : public SampledBatch<GatedBatch<Model, kPlants, kArithmetic>, 
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

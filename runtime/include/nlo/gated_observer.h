@@ -2,7 +2,8 @@
 // The gated observer: the general observer (11), dz/dt = F(z, y), x_hat = T*(z), with an F that cannot diverge.
 //   dz/dt = rate (target - z)     rate > 0, |target| <= 1
 //   [a_s; a_g] = gates([z; y]),   rate = softplus(2 a_s) / sample period,   g = (1 + tanh a_g) / 2
-//   target = tanh(candidate([g z; y]))                                       the reset gates g scale the z that it reads
+//   target = tanh(candidate([g z; y]))                                       the reset gates g scale the z that it
+//     reads
 // During a step, rate and target are constant; they are computed from z at its start and the measurement at its end.
 // Then the step is exact:
 //   z+ = z + (1 - exp(-rate dt)) (target - z),   over one sample period 1 - exp(-rate dt) = (1 + tanh a_s) / 2
@@ -21,7 +22,7 @@
 #include "nlo/sampled_observer.h"
 #include "nlo/sensor_failures.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, class Gates_, class Candidate_, class InverseMap_, int kNu_ = 0,
@@ -114,4 +115,4 @@ class GatedObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 GatedObserver(const Model&) -> GatedObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

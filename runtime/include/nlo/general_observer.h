@@ -13,7 +13,7 @@
 #include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, class Dynamics_, class InverseMap_, int kNu_ = 0,
@@ -78,4 +78,4 @@ class GeneralObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 GeneralObserver(const Model&) -> GeneralObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -10,7 +10,7 @@
 #include "nlo/kernels/dense.h"
 #include "nlo/mlp.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Values of a hidden layer and their tangents.
 template <class Scalar, int kWidest>
@@ -68,4 +68,4 @@ void jvp(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::
   }
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

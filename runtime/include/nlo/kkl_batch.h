@@ -6,7 +6,7 @@
 #include "nlo/kernels/batch.h"
 #include "nlo/sampled_batch.h"
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 #if defined(NLO_DISPATCHES)
 namespace x86 {
@@ -48,9 +48,9 @@ NLO_INLINE bool kkl_plants(const Model& model, const Rows& y, int first, Scalar 
   return false;
 }
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 template <class Model, int kPlants, Arithmetic kArithmetic = Arithmetic::kFast>
 class KklBatch : public SampledBatch<KklBatch<Model, kPlants, kArithmetic>, Model, kPlants, kArithmetic> {
@@ -68,4 +68,4 @@ class KklBatch : public SampledBatch<KklBatch<Model, kPlants, kArithmetic>, Mode
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -23,7 +23,7 @@
 #include "nlo/sampled_observer.h"
 #include "nlo/sensor_failures.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The latent system: D, F, their discretisation over one sample period, and the start of z.
 template <class Scalar, int kNz, int kNy>
@@ -38,13 +38,22 @@ struct LatentModel {
   bool relative[kNy] = {};            ///< T* reads this output only through z - S y, and so does the domain: a constant
                                       ///< added to the output changes neither. Angles are always relative
 
-  /// The hold of steps over another time than the sample period. RK4 is replaced by the exact ramp that it approximates,
-  /// because RK4 is stable only for short steps.
+  /// The hold of steps over another time than the sample period. RK4 is replaced by the exact ramp that it
+  /// approximates, because RK4 is stable only for short steps.
   constexpr Hold exact_hold() const { return hold == Hold::kRk4 ? Hold::kFirstOrder : hold; }
 };
 
+}  // namespace nlo::inline NLO_ISA
+
+namespace nlo {
+
 /// Limit of the z that T* reads: none, a box of z, or a box of z - S y (saturation.h).
 enum class Saturation : std::uint8_t { kNone, kLatent, kRelativeLatent };
+
+}  // namespace nlo
+
+namespace nlo::inline NLO_ISA {
+
 template <class Scalar, int kNz, int kNr, Saturation kSaturation>
 struct LatentReach;
 template <class Scalar, int kNz, int kNr>
@@ -131,4 +140,4 @@ class KklObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 KklObserver(const Model&) -> KklObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

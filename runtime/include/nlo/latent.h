@@ -21,6 +21,10 @@ enum class Hold : std::uint8_t {
   kRk4,         ///< a ramp, stepped by the classical Runge-Kutta method; stable only for |lambda h| < 2.78
 };
 
+}  // namespace nlo
+
+namespace nlo::inline NLO_ISA {
+
 /// Returns 1 / n. T(1.0 / n) would use double arithmetic, which few microcontrollers have in hardware.
 template <class T>
 constexpr T reciprocal(int n) {
@@ -54,8 +58,8 @@ struct ModeStep {
   Complex<T> a_minus_1, b0, b1;
 };
 
-/// Scales w by 2^-s with the smallest s such that |re| + |im| <= 1/2. Validated models have |lambda dt| < 1e6 and need at
-/// most s = 22. The loop ends for every w; for NaN the result is NaN.
+/// Scales w by 2^-s with the smallest s such that |re| + |im| <= 1/2. Validated models have |lambda dt| < 1e6 and need
+/// at most s = 22. The loop ends for every w; for NaN the result is NaN.
 template <class T>
 struct Halved {
   static constexpr int kMost = (std::is_floating_point_v<T> ? std::numeric_limits<T>::max_exponent : 1024) + 2;
@@ -163,4 +167,4 @@ using simd::broadcast;
 #undef NLO_CODE
 }  // namespace native
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

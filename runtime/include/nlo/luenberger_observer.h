@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Luenberger-like observer (15) of a partially known plant, dx/dt = A x + g(x), y = C x, with a learned g_hat:
 //   x_hat' = A x_hat + g_hat(x_hat) + G (y - C x_hat)
-// stepped by the classical Runge-Kutta method. Its latent state is the estimate. Export checks that A - G C is Hurwitz and
-// within the stable region of the method. Whether the observer is stable with g_hat, only an evaluation shows.
+// stepped by the classical Runge-Kutta method. Its latent state is the estimate. Export checks that A - G C is Hurwitz
+// and within the stable region of the method. Whether the observer is stable with g_hat, only an evaluation shows.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 #include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, class Nonlinearity_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder>
@@ -79,4 +79,4 @@ class LuenbergerObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 LuenbergerObserver(const Model&) -> LuenbergerObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

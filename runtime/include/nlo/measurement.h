@@ -9,7 +9,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Health of one channel, an output or an input. 0: its latest sample was used unchanged. Otherwise bits 2 to 15 count
 /// the samples in a row that were not used unchanged, and bits 0 and 1 say what happened last:
@@ -57,8 +57,8 @@ constexpr int missed_samples(Scalar dt_s, Scalar sample_period_s) {
   return periods > Scalar(1.5) ? static_cast<int>(periods + Scalar(0.5)) - 1 : 0;
 }
 
-/// Returns the status of one channel. From `stale_after` samples in a row that were not used unchanged on, the status is
-/// kStale or kOutOfRange.
+/// Returns the status of one channel. From `stale_after` samples in a row that were not used unchanged on, the status
+/// is kStale or kOutOfRange.
 template <Arithmetic kArithmetic>
 constexpr StepStatus status_of(ChannelHealth health, std::uint16_t stale_after) {
   const std::uint32_t limit = stale_after < kMostCounted ? stale_after : kMostCounted;
@@ -115,7 +115,8 @@ struct ReadingRange {
     bool good = true;
     for (int j = 0; j < kNy; ++j) {
       const bool in_range = (y[j] >= min[j]) & (y[j] <= max[j]);
-      const bool in_turn = (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // stored angles are near zero, whatever the sensor's range
+      const bool in_turn =
+          (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // stored angles are near zero, whatever the sensor's range
       good = good & is_finite(y[j]) & (in_range | ((wrap[j] > Scalar(0)) & in_turn));
     }
     return good;
@@ -139,7 +140,8 @@ struct ReadingRange {
     // Validated angles have at most 2^17 turns. Only a bit flip makes more.
     const Scalar all = angle / turn;
     const Scalar turns = select<kArithmetic>(is_below(all, Scalar(0x1p30)), all, Scalar(0));
-    // Exactly half a turn is not unwrapped; otherwise an angle at the boundary would flip, and z with it, at every step.
+    // Exactly half a turn is not unwrapped; otherwise an angle at the boundary would flip, and z with it, at every
+    // step.
     const bool none = (turns >= Scalar(-0.5)) & (turns <= Scalar(0.5));
     const Scalar half = select<kArithmetic>(turns < Scalar(0), Scalar(-0.5), Scalar(0.5));
     return select<kArithmetic>(none, Scalar(0), static_cast<Scalar>(static_cast<std::int32_t>(turns + half)));
@@ -148,4 +150,4 @@ struct ReadingRange {
 template <class Scalar, int kNy>
 using OutputRange [[deprecated("it is called ReadingRange")]] = ReadingRange<Scalar, kNy>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

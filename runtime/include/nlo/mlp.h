@@ -2,8 +2,8 @@
 // A learned map, such as T*: a multilayer perceptron with an optional linear path beside it,
 //   out = mlp(in) + L in,   mlp = affine o activation o affine o ... o affine
 // jvp.h has its derivative along a direction; mlp_batch.h evaluates it for many inputs at once.
-// Generated headers write layers with one neuron per row (Dense). At compile time they are packed into the layout of the
-// kernels (PackedDense).
+// Generated headers write layers with one neuron per row (Dense). At compile time they are packed into the layout of
+// the kernels (PackedDense).
 #pragma once
 
 #include <type_traits>
@@ -14,9 +14,10 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// A layer as generated headers write it: weights[o] is the row of neuron o. Weight: float, double, or a type of weight.h.
+/// A layer as generated headers write it: weights[o] is the row of neuron o. Weight: float, double, or a type of
+/// weight.h.
 template <class Weight, int kIn, int kOut>
 struct Dense {
   Weight weights[kOut][kIn];
@@ -24,8 +25,8 @@ struct Dense {
   constexpr Weight weight(int o, int i) const { return weights[o][i]; }
 };
 
-/// Packs a Dense or PanelDense layer into the layout of the kernels. In every layout the weights of one output are equally
-/// spaced.
+/// Packs a Dense or PanelDense layer into the layout of the kernels. In every layout the weights of one output are
+/// equally spaced.
 template <template <class, int, int> class Written, class Weight, int kIn, int kOut>
 constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& layer) {
   using Packed = PackedDense<Weight, kIn, kOut>;
@@ -154,4 +155,4 @@ struct LearnedMap {
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
 using InverseMap [[deprecated("it is called LearnedMap")]] = LearnedMap<Mlp_, LinearPath_, ErrorHead_>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

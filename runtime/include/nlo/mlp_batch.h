@@ -9,7 +9,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/mlp.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 template <Arithmetic kArithmetic, int kPlants, Activation kKind, class... Layers>
 void evaluate_batch(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>::Scalar* in,
@@ -35,4 +35,4 @@ void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typ
   }
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -12,15 +12,18 @@
 //   d <- d + a (mean_r off_r^2 - d)
 //   q_j <- q_j + a (missing_j - q_j)                                over the first window
 //   b_i <- b_i + a (|x_hat_i - row_i [z - S y; y] - c_i| / deviation_i - b_i)      over the second window, or the first
+//                                                                                  the disagreement of state i
 //
 // Alarm while one of p / max(v, least_variance), v, |r|, d, q, b is above its limit. Limits come from runs or logs like
 // those of the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as
 // kLargestInnovation at most, so that one outlier raises no alarm.
 //
-// trusted() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is beyond
-// the gate, which widens with sqrt(v). After kMostRejected rejections in a row it believes the sensor until the
+// usable_outputs() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is
+// beyond the gate, which widens with sqrt(v). After kMostRejected rejections in a row it believes the sensor until the
 // innovation is ordinary again. It also rejects a frozen sensor, one that repeats a reading for longer than in training
 // or while the prediction moves on.
+//
+// widened() widens the intervals of an estimate by the disagreement.
 //
 // No heap, no exceptions, no libm. Every statistic stays finite for any input. Statistics that no sequence of samples
 // can produce come from corrupted memory: the alarm is kReset, and the monitor starts again. It counts samples, so
@@ -30,13 +33,14 @@
 #include <cstdint>
 #include <limits>
 
+#include "nlo/estimate_with_error.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/measurement.h"
 #include "nlo/monitor_model.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Monitors one observer. kArithmetic: as for KklObserver.
 template <class Model_, Arithmetic kArithmetic = Arithmetic::kFast>
@@ -78,14 +82,14 @@ class Monitor {
     Scalar level;
     int samples;  // since the start, until armed
     Alarm alarm;
-    std::uint8_t gated;  // 1: trusted() was called for the sample that watch() judges next
+    std::uint8_t gated;  // 1: usable_outputs() was called for the sample that watch() judges next
   };
 
   /// The model must outlive the monitor; generated models are constants.
   constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
   explicit Monitor(const Model&&) = delete;
 
-  /// Forgets everything. After a reset() of the observer, the next trusted() or watch() does this by itself.
+  /// Forgets everything. After a reset() of the observer, the next usable_outputs() or watch() does this by itself.
   constexpr void reset() {
     state_ = State{};
     for (auto& output : state_.outputs)
@@ -94,12 +98,13 @@ class Monitor {
   }
 
   /// Returns the measurements that the observer may use. Measurements that the gate rejects, or that a frozen sensor
-  /// repeats, are replaced by NaN; the observer then holds the last good value. Call it before step(); watch() judges the
-  /// same sample afterwards.
+  /// repeats, are replaced by NaN; the observer then holds the last good value. Call it before step(); watch() judges
+  /// the same sample afterwards.
   ///   dt_s  time step that step() gets [s], 0: one sample period. A reading after a gap is not compared with the
   ///         prediction, which is for one sample period
   template <class Observer>
-  [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer, Scalar dt_s = 0) {
+  [[nodiscard]] constexpr Measured<Observer> usable_outputs(Measured<Observer> y, const Observer& observer,
+                                                            Scalar dt_s = 0) {
     const bool gap = dt_s > Scalar(1.5) * observer.model().sample_period_s;
     const bool first = observer.save().started != 1;  // this is the observer's first measurement
     if (first) reset();
@@ -108,7 +113,7 @@ class Monitor {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
       if (own.missing == 1) continue;
-      count_repeats(own, j, y[j], y[model_->witness[j]]);
+      count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
       if (first) continue;
       bool rejects = false;
       if (armed() && !gap) {
@@ -129,18 +134,25 @@ class Monitor {
     return y;
   }
   template <class Observer>
-  [[nodiscard]] constexpr Scalar trusted(Scalar y, const Observer& observer,
-                                         Scalar dt_s = 0) requires(kMeasured<Observer> == 1) {
-    return trusted(Measured<Observer>{{y}}, observer, dt_s)[0];
+  [[nodiscard]] constexpr Scalar usable_outputs(Scalar y, const Observer& observer,
+                                                Scalar dt_s = 0) requires(kMeasured<Observer> == 1) {
+    return usable_outputs(Measured<Observer>{{y}}, observer, dt_s)[0];
   }
   template <class Y, class Observer>
-  [[deprecated("it is called trusted()")]] [[nodiscard]] constexpr auto screened(const Y& y, const Observer& observer) {
-    return trusted(y, observer);
+  [[deprecated("it is called usable_outputs()")]] [[nodiscard]] constexpr auto trusted(const Y& y,
+                                                                                       const Observer& observer,
+                                                                                       Scalar dt_s = 0) {
+    return usable_outputs(y, observer, dt_s);
+  }
+  template <class Y, class Observer>
+  [[deprecated("it is called usable_outputs()")]] [[nodiscard]] constexpr auto screened(const Y& y,
+                                                                                        const Observer& observer) {
+    return usable_outputs(y, observer);
   }
 
-  /// Judges a sample, after each step of `observer`, with its estimate. Without trusted() before the step, nothing is
-  /// rejected, and the alarms are the same. Returns kReset if that step has reset the observer, or if the monitor's
-  /// memory is corrupted.
+  /// Judges a sample, after each step of `observer`, with its estimate. Without usable_outputs() before the step,
+  /// nothing is rejected, and the alarms are the same. Returns kReset if that step has reset the observer, or if the
+  /// monitor's memory is corrupted.
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
@@ -155,7 +167,7 @@ class Monitor {
       const StepStatus status = observer.status(j);
       if (state_.gated != 1) {
         own.missing = 0;
-        if (status < StepStatus::kHeld) count_repeats(own, j, y[j], y[model_->witness[j]]);
+        if (status < StepStatus::kHeld) count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
       }
       if (status >= StepStatus::kHeld || own.equal == kFrozen) own.missing = 1;
       stale = stale || status >= StepStatus::kStale;
@@ -171,8 +183,24 @@ class Monitor {
     return judge() ? state_.alarm : begin_again(Alarm::kReset);
   }
 
+  /// Returns an estimate with error (observer.estimate_with_error()) with wider intervals. Call it after watch().
+  ///   no alarm  sigma_i and bound_95_i are multiplied by max(1, b_i / kOrdinaryDisagreement)
+  ///   alarm     the error is unknown: sigma_i = kUnknownSigma, and bound_95_i is a multiple of it
+  /// Limits and gate do not depend on the intervals.
+  [[nodiscard]] constexpr EstimateWithError<Scalar, kNx> widened(EstimateWithError<Scalar, kNx> estimate) const {
+    for (int i = 0; i < kNx; ++i) {
+      const Scalar times = state_.disagreement[i] * (Scalar(1) / Scalar(kOrdinaryDisagreement));
+      const Scalar wider = times > Scalar(1) ? times : Scalar(1);
+      const Scalar ratio = estimate.bound_95[i] / estimate.sigma[i];
+      const bool known = state_.alarm == Alarm::kNone && estimate.sigma[i] < Scalar(kUnknownSigma);
+      estimate.sigma[i] = known ? estimate.sigma[i] * wider : Scalar(kUnknownSigma);
+      estimate.bound_95[i] = known ? estimate.bound_95[i] * wider : ratio * Scalar(kUnknownSigma);
+    }
+    return estimate;
+  }
+
   /// True once the monitor has seen enough samples: before, watch() returns no alarm but kMissing and kReset, and
-  /// trusted() rejects nothing. False again after a reset of the observer, and while it is stale.
+  /// usable_outputs() rejects nothing. False again after a reset of the observer, and while it is stale.
   [[nodiscard]] constexpr bool armed() const { return state_.samples > model_->armed_after; }
 
   [[nodiscard]] constexpr State save() const { return state_; }
@@ -226,10 +254,11 @@ class Monitor {
     return model_->armed_after < kMostRejected ? model_->armed_after : kMostRejected;
   }
 
-  /// Counts successive measurements that are equal to the bit, unless the sensor is at rest, and adds up the changes that
-  /// were predicted meanwhile. If either reaches its limit, the sensor is frozen until its reading changes.
-  constexpr void count_repeats(OutputState& own, int j, Scalar y, Scalar witness) const {
-    const bool moves = witness < model_->rest_min[j] || witness > model_->rest_max[j];  // false if it is missing
+  /// Counts successive measurements that are equal to the bit, unless the sensor is at rest, and adds up the changes
+  /// that were predicted meanwhile. If either reaches its limit, the sensor is frozen until its reading changes.
+  constexpr void count_repeats(OutputState& own, int j, Scalar y, Scalar reference_sensor) const {
+    const bool moves =
+        reference_sensor < model_->rest_min[j] || reference_sensor > model_->rest_max[j];  // false if it is missing
     const bool at_rest = y == model_->resting[j] && !moves && own.equal != kFrozen;
     const bool repeats = y == own.raw;
     own.moved = repeats && armed() ? limited(own.moved + own.predicted, kFar) : Scalar(0);
@@ -376,4 +405,4 @@ class Monitor {
   State state_{};
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -43,8 +43,10 @@ struct MonitorModel {
   int armed_after;      ///< samples after a start without alarm and gate; one time constant at least
   // Headers of version 0.2.0 have none of the following; zero switches each of them off.
   std::uint16_t most_equal[kNy] = {};  ///< equal readings in a row after which a sensor is frozen; 0: never
-  Scalar resting[kNy] = {};            ///< the reading that may stay the same while another output, the witness,
-  std::uint8_t witness[kNy] = {};      ///< stays within this range, because then the sensor is at rest
+  // A sensor is at rest, and may repeat a reading for ever, if it reads `resting` while output `reference_sensor` reads
+  // from rest_min to rest_max.
+  Scalar resting[kNy] = {};
+  std::uint8_t reference_sensor[kNy] = {};
   Scalar rest_min[kNy] = {}, rest_max[kNy] = {};
   Scalar most_moved[kNy] = {};      ///< predicted change during equal readings after which a sensor is frozen
                                     ///< [deviations]; 0: never
@@ -57,6 +59,9 @@ struct MonitorModel {
 
 /// An innovation counts for at most this many deviations, so that one outlier raises no alarm.
 inline constexpr int kLargestInnovation = 5;
+
+/// From this disagreement on Monitor::widened() widens an interval. A normal difference has a mean size of 0.8.
+inline constexpr int kOrdinaryDisagreement = 2;
 
 /// The gate rejects at most this many measurements in a row, and never for longer than the monitor takes to arm. Then
 /// the sensor is believed until its innovation is ordinary again. Outliers in one sample of five fill five in a row

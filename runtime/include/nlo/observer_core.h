@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One step of any observer: validates a sample, counts faults (measurement.h), and advances the latent state z by the
-// model's equations. The model is a constant (flash); the state is in RAM (observer_state.h). sampled_observer.h has the
-// functions that a control loop calls.
+// model's equations. The model is a constant (flash); the state is in RAM (observer_state.h). sampled_observer.h has
+// the functions that a control loop calls.
 //
 // No heap, no exceptions, no libm. z stays finite for any input. If a bit flip corrupts z, the next step detects it and
 // returns kReset.
@@ -19,19 +19,19 @@
 #include "nlo/steady_state.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Constants of a model that the compiler knows.
 template <class M>
 concept HasSizes = requires {
   typename M::Scalar;
-  M::kNx;              // estimate
-  M::kNy;              // outputs
-  M::kNz;              // latent state
-  M::kNu;              // known inputs of the plant
-  M::kNf;              // outputs that may be missing
-  M::kNr;              // readings, the values that F and T* read: [y] or [y; u], then the stalenesses of the kNf outputs
-  M::kLongestGap;      // sample periods that one step may span
+  M::kNx;          // estimate
+  M::kNy;          // outputs
+  M::kNz;          // latent state
+  M::kNu;          // known inputs of the plant
+  M::kNf;          // outputs that may be missing
+  M::kNr;          // readings, the values that F and T* read: [y] or [y; u], then the stalenesses of the kNf outputs
+  M::kLongestGap;  // sample periods that one step may span
   M::kHasSteadyState;  // z settles at S y for constant y: `latent` has steady_gain S and starts_steady
   M::kMayDiverge;      // stability is not proven: every step is checked for overflow
 };
@@ -118,10 +118,10 @@ class ObserverCore {
     return x_hat;
   }
 
-  /// Returns x_hat and the standard deviations of its errors (error_head.h). Only models with an error head have it.
-  /// Do not trust either while status() is kStale or kOutOfRange.
+  /// Returns x_hat and the half widths of its intervals (error_head.h). Only models with an error head have it. They
+  /// are kUnknownSigma outside of the domain and from status kStale on.
   [[nodiscard]] auto estimate_with_error() const requires KnowsError<Model> {
-    return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, in_domain());
+    return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, error_is_known());
   }
 
   /// Returns z, n_z.
@@ -131,8 +131,8 @@ class ObserverCore {
     return z;
   }
 
-  /// Returns the status of the latest step, or kReset if a bit flip has corrupted z or a stored reading since then. After
-  /// kReset estimate() is meaningless until the next step.
+  /// Returns the status of the latest step, or kReset if a bit flip has corrupted z or a stored reading since then.
+  /// After kReset estimate() is meaningless until the next step.
   [[nodiscard]] constexpr StepStatus status() const {
     return is_reachable(state_, model_->outputs) ? state_.status : StepStatus::kReset;
   }
@@ -147,12 +147,18 @@ class ObserverCore {
     return status_of<kArithmetic>(state_.health[at], model_->stale_after);
   }
 
-  /// Returns true if z is within the range of the training and no reading is clamped. Otherwise estimate() extrapolates.
+  /// Returns true if z is within the range of the training and no reading is clamped. Otherwise estimate()
+  /// extrapolates.
   [[nodiscard]] constexpr bool in_domain() const {
     ChannelHealth any = 0;
     for (const ChannelHealth health : state_.health) any |= health;
     return static_cast<int>((any & kClampedBit) == 0) &
            static_cast<int>(model_->domain.contains(relative_latent().values));
+  }
+
+  /// Returns true if intervals hold: z is in the domain, and no reading is stale or out of range.
+  [[nodiscard]] constexpr bool error_is_known() const {
+    return (static_cast<int>(in_domain()) & static_cast<int>(state_.status < StepStatus::kStale)) != 0;
   }
 
   /// Returns z - S y over the outputs that T* reads only through that difference, such as angles. Without such outputs
@@ -165,7 +171,8 @@ class ObserverCore {
     return z;
   }
 
-  /// Returns the staleness of an output that may be missing: 0 while it is measured; it approaches 1 while it is missing.
+  /// Returns the staleness of an output that may be missing: 0 while it is measured; it approaches 1 while it is
+  /// missing.
   [[nodiscard]] constexpr Scalar staleness(int output) const requires(kNf > 0) {
     Scalar stale = 0;
     for (int i = 0; i < kNf; ++i) stale = model_->failures.output[i] == output ? state_.y[kNr - kNf + i] : stale;
@@ -293,8 +300,8 @@ class ObserverCore {
     state_.status = worst;
   }
 
-  /// Returns true if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps, so
-  /// stored readings that are reused are checked here.
+  /// Returns true if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps,
+  /// so stored readings that are reused are checked here.
   NLO_INLINE constexpr bool is_sound(bool held, bool reachable) const {
     bool sound = reachable || is_reachable(state_.z);
     sound = sound & state_.input.is_reachable();
@@ -358,4 +365,4 @@ class ObserverCore {
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

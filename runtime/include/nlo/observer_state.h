@@ -9,7 +9,7 @@
 #include "nlo/measurement.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 template <class Scalar, int kNy, int kNz, int kNu>
 struct ObserverState {
@@ -52,9 +52,9 @@ constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
   return true;
 }
 
-/// The domain: the box of the latent states in training, per coordinate. Outside of it the estimates of a learned T* are
-/// arbitrary. For outputs that T* reads only through z - S y, such as angles, it is the box of z - S y, which does not
-/// change if a constant is added to the output.
+/// The domain: the box of the latent states in training, per coordinate. Outside of it the estimates of a learned T*
+/// are arbitrary. For outputs that T* reads only through z - S y, such as angles, it is the box of z - S y, which does
+/// not change if a constant is added to the output.
 template <class Scalar, int kNz>
 struct Domain {
   Scalar latent_min[kNz];
@@ -70,4 +70,4 @@ struct Domain {
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -29,10 +29,11 @@
 #include "nlo/sampled_observer.h"
 #include "nlo/sensor_failures.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
-///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), which writes the n_y outputs and then dh/dx row by row;
+///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), which writes the n_y outputs and then dh/dx row by
+///     row;
 ///              each operation is rounded by itself
 template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
           class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
@@ -49,8 +50,8 @@ struct PriorModel {
   static constexpr int kCarried = kNx + triangle_size(kNx);  ///< [x; p]
   static constexpr int kNz = kUnits + kCarried;
   static constexpr int kNu = kNu_;
-  static constexpr int kNf = kNf_;             ///< outputs that may be missing
-  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, inputs, stalenesses of the kNf outputs
+  static constexpr int kNf = kNf_;                    ///< outputs that may be missing
+  static constexpr int kNr = kNy + kNu + kNf;         ///< readings: outputs, inputs, stalenesses of the kNf outputs
   static constexpr int kReads = 2 * kNy + kNr + kNx;  ///< n_w
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;
@@ -114,8 +115,8 @@ struct PriorModel {
     return select<kArithmetic>(!(below < state_min[i]), below, state_min[i]);
   }
 
-  /// Returns NaN for a value that no sound step produces, such as after a bit flip or a division by 0. Limiting it to the
-  /// range would hide the corruption.
+  /// Returns NaN for a value that no sound step produces, such as after a bit flip or a division by 0. Limiting it to
+  /// the range would hide the corruption.
   template <Arithmetic kArithmetic>
   NLO_INLINE static Scalar possible(Scalar x) {
     return select<kArithmetic>(is_below(x, Scalar(0x1p100)), x, std::numeric_limits<Scalar>::quiet_NaN());
@@ -191,4 +192,4 @@ class PriorObserver : public SampledObserver<Model, kArithmetic> {
 template <class Model>
 PriorObserver(const Model&) -> PriorObserver<Model>;
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -15,10 +15,10 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/mlp.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// A layer as generated headers write it: weights[o] is the row of neuron o. kShift scales its sums to the argument of the
-/// activation.
+/// A layer as generated headers write it: weights[o] is the row of neuron o. kShift scales its sums to the argument of
+/// the activation.
 template <int kIn, int kOut, int kShift>
 struct QuantisedDense {
   std::int16_t weights[kOut][kIn];
@@ -153,4 +153,4 @@ struct QuantisedMap {
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

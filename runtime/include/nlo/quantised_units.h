@@ -4,8 +4,8 @@
 //   [s; g] = (1 + tanh(gates(q))) / 2,   c = tanh(candidate([g z; q_y]))       by the table of int16.h, Q15
 //   z+     = z + s (c - z)                                        s and c - z in Q15, z in Q23
 // z is stored in a float, exactly: a multiple of 2^-23 within +-32767/32768. The code around the units is therefore the
-// same as in float. The error of s is up to 1e-4, that of the table. A unit with a smaller s moves too fast or not at all.
-// `nlo export --scalar int16` writes it. Its bits are the same on every target and for both arithmetic policies.
+// same as in float. The error of s is up to 1e-4, that of the table. A unit with a smaller s moves too fast or not at
+// all. `nlo export --scalar int16` writes it. Its bits are the same on every target and for both arithmetic policies.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,7 @@
 #include "nlo/quantised_map.h"
 #include "nlo/vector.h"
 
-namespace nlo::kernels::int16 {
+namespace nlo::inline NLO_ISA::kernels::int16 {
 
 inline constexpr int kLatentBits = 23, kBelowQ15 = kLatentBits - 15;
 inline constexpr std::uint32_t kLatentExponent = std::uint32_t{kLatentBits}
@@ -51,9 +51,9 @@ NLO_INLINE constexpr std::int32_t moved(std::int32_t latent, std::int32_t share,
   return latent + ((share * (target - (latent >> kBelowQ15)) + (1 << (kShift - 1))) >> kShift);
 }
 
-}  // namespace nlo::kernels::int16
+}  // namespace nlo::inline NLO_ISA::kernels::int16
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Gates of a GatedModel that reads kReadings readings; with kReadings = 0 its candidate. Mlp_: a QuantisedMlp of one
 /// layer, whose sums / 2^shift are the argument of the tanh in Q16.
@@ -106,4 +106,4 @@ struct QuantisedUnits<Mlp_, 0> {
   Mlp_ mlp;
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Rotations of vectors with three components, without libm and in a fixed number of operations.
 //   dz/dt = -w x z over a step h, w on a ramp:   z+ = exp(-[theta]x) z,   theta = h (w_0 + w_1) / 2 + h^2/12 w_0 x w_1
-// Exact if the direction of w is constant, otherwise of order four (Magnus expansion; its second term is the coning term).
+// Exact if the direction of w is constant, otherwise of order four (Magnus expansion; its second term is the coning
+// term).
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// A rotation R = exp(-[theta]x), stored as R - 1, so that small rotations keep their precision.
 template <class T>
 struct Rotation {
   T minus_1[3][3];
 
-  /// Returns the rotation of theta [rad]. Computes the unit quaternion of theta / 2^kDoublings by its series and squares it
-  /// kDoublings times. |theta| <= 2^kDoublings; error up to 2 kDoublings rounding units of theta.
+  /// Returns the rotation of theta [rad]. Computes the unit quaternion of theta / 2^kDoublings by its series and
+  /// squares it kDoublings times. |theta| <= 2^kDoublings; error up to 2 kDoublings rounding units of theta.
   template <int kDoublings>
   static constexpr Rotation of(const T (&theta)[3]) {
     T scale = T(0.5);
@@ -99,4 +100,4 @@ constexpr void make_unit(T (&v)[3]) {
   for (T& value : v) value *= inverse;
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

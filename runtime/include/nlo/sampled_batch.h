@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Many plants with one model, stepped together: fleets, hypotheses, the particles of a filter. State and values are
-// structures of arrays, so that every weight is loaded once for many plants. A batch is limited by the multiply-add units,
-// a single observer by the cache. KklBatch (kkl_batch.h) and GatedBatch (gated_batch.h) advance z.
+// structures of arrays, so that every weight is loaded once for many plants. A batch is limited by the multiply-add
+// units, a single observer by the cache. KklBatch (kkl_batch.h) and GatedBatch (gated_batch.h) advance z.
 //
 //   static nlo::KklBatch<decltype(kModel), 32> fleet{kModel};
 //   float y[1][32], x_hat[2][32];
 //   if (fleet.step(y) != nlo::StepStatus::kOk) ...   // the worst status; status(plant) is that of one plant
 //   fleet.estimate(x_hat);
 //
-// Each plant behaves as with its own observer, faults included. save() and restore() move the state of one plant. As in an
-// observer there are no heap, no exceptions and no libm. A block with a fault, a first measurement or a reading that
+// Each plant behaves as with its own observer, faults included. save() and restore() move the state of one plant. As in
+// an observer there are no heap, no exceptions and no libm. A block with a fault, a first measurement or a reading that
 // leaves its first turn is stepped plant by plant.
 #pragma once
 
@@ -23,7 +23,7 @@
 #include "nlo/sampled_observer.h"
 #include "nlo/saturation.h"
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 namespace native {
 using namespace nlo::simd;
@@ -55,9 +55,9 @@ namespace avx512 {
 }  // namespace x86
 #endif
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Batch has
 ///   advance_block<kTogether>(y, first)   advances z and y of kTogether plants from `first` on by one sample period.
@@ -260,4 +260,4 @@ class SampledBatch {
   std::uint8_t started_[kPadded];
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

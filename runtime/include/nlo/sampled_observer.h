@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The functions that a control loop calls: step() once per sample, with the outputs y and, if the model knows inputs, the
-// inputs u. observer_core.h implements the step, and has estimate(), status() and in_domain().
+// The functions that a control loop calls: step() once per sample, with the outputs y and, if the model knows inputs,
+// the inputs u. observer_core.h implements the step, and has estimate(), status() and in_domain().
 #pragma once
 
 #include <limits>
 
 #include "nlo/observer_core.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// Stands for a model whose outputs are all measured. A model that computes its last outputs from the measured ones has a
-/// type with kCount and fill(readings) instead.
+/// Stands for a model whose outputs are all measured. A model that computes its last outputs from the measured ones has
+/// a type with kCount and fill(readings) instead.
 struct NoComputed {
   static constexpr int kCount = 0;
 };
@@ -41,8 +41,8 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   using Core::Core;
   using Core::reset;
 
-  /// Starts from a given latent state, e.g. T(x) of a known x. Returns false and changes nothing if steps cannot lead to
-  /// that state.
+  /// Starts from a given latent state, e.g. T(x) of a known x. Returns false and changes nothing if steps cannot lead
+  /// to that state.
   [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0) requires(!Core::kReadsInputs) {
     return reset_to(z0, y0, {});
   }
@@ -50,8 +50,8 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return reset_to(z0, y0, u0);
   }
 
-  /// Starts from the steady state of y (and u), z = z(0) + S y. This shortens the transient if the plant is at rest, also
-  /// after a gap.
+  /// Starts from the steady state of y (and u), z = z(0) + S y. This shortens the transient if the plant is at rest,
+  /// also after a gap.
   [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState &&
                                                                           !Core::kReadsInputs) {
     return this->start_steady(readings(y, {}));
@@ -89,11 +89,23 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u) requires(kMeasured == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}});
   }
+  [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar u) requires(kMeasured > 1 && kNu == 1) {
+    return step(y, Input{{u}});
+  }
+  [[nodiscard]] constexpr StepStatus step(Scalar y, const Input& u) requires(kMeasured == 1 && kNu > 1) {
+    return step(Output{{y}}, u);
+  }
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u, Scalar dt_s) requires kDriven {
     return take<false>(y, u, dt_s);
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u, Scalar dt_s) requires(kMeasured == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}}, dt_s);
+  }
+  [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar u, Scalar dt_s) requires(kMeasured > 1 && kNu == 1) {
+    return step(y, Input{{u}}, dt_s);
+  }
+  [[nodiscard]] constexpr StepStatus step(Scalar y, const Input& u, Scalar dt_s) requires(kMeasured == 1 && kNu > 1) {
+    return step(Output{{y}}, u, dt_s);
   }
 
   /// Advances the observer by one sample period without a measurement: the last good one is held.
@@ -138,4 +150,4 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

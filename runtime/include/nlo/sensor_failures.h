@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs that are declared as may_fail. Such an output may be missing for any time. While it is missing, its value decays
-// from the last good one to its mean in training. T* reads its staleness s beside the other readings:
+// Outputs that are declared as may_fail. Such an output may be missing for any time. While it is missing, its value
+// decays from the last good one to its mean in training. T* reads its staleness s beside the other readings:
 //   missing    y <- rest + k (y - rest),  s <- 1 - k (1 - s)
 //   measured                              s <- k s              k = exp(-dt / staleness_s)
 #pragma once
@@ -10,7 +10,7 @@
 #include "nlo/latent.h"
 #include "nlo/vector.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// kNf: number of outputs that may be missing.
 template <class Scalar, int kNf>
@@ -46,4 +46,4 @@ struct SensorFailures {
 template <class Scalar>
 struct SensorFailures<Scalar, 0> {};
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -10,7 +10,7 @@
 #include "nlo/kernels/simd.h"
 #include "nlo/measurement.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Returns true if the first measurement sets z to its steady state.
 template <class Model>
@@ -61,4 +61,4 @@ constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz])
   }
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Two small types that all other headers use: a fixed-size vector, which may be a constant in flash, and the status of a
-// step. Neither allocates, throws or needs start-up code.
+// Two small types that all other headers use: a fixed-size vector, which may be a constant in flash, and the status of
+// a step. Neither allocates, throws or needs start-up code.
 #pragma once
 
 #include <bit>
@@ -42,6 +42,10 @@ enum class StepStatus : std::uint8_t {
   kReset,       ///< a bit flip corrupted the state: the observer was reset, the next measurement is its first
 };
 
+}  // namespace nlo
+
+namespace nlo::inline NLO_ISA {
+
 /// Returns true if the value is finite. It tests the bits, so that -ffast-math cannot remove the test.
 template <class Scalar>
 constexpr bool is_finite(Scalar value) {
@@ -75,4 +79,4 @@ constexpr bool all_below(const Scalar (&values)[kN], Scalar limit) {
   return (carries & kSign) == 0;
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -98,7 +98,7 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #define NLO_AND_MONITOR , &monitor
 #define NLO_TRUST                                                                          \
   if (k / 64 % 8 == 5) y[0] = (NLO_SCALAR)1 / (NLO_SCALAR)4; /* a sensor that is frozen */ \
-  NLO_(trusted)(monitor, o, y, y);
+  NLO_(usable_outputs)(monitor, o, y, y);
 #else
 #define NLO_MONITOR
 #define NLO_AND_MONITOR

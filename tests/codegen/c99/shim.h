@@ -191,43 +191,43 @@ Output output(const Scalar* y) {
         resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name))); \
   }
 
-#define NLO_C99_WATCHED_SHIM(name, Scalar)                                                                      \
-  namespace {                                                                                                   \
-  using name##_resumed_monitor = nlo::shim::ResumedMonitor<name##_monitor, NLO_C99_MONITOR(name)>;              \
-  }                                                                                                             \
-  void name##_monitor_reset(name##_monitor* m) {                                                                \
-    *m = {};                                                                                                    \
-    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
-    resumed.monitor.reset();                                                                                    \
-    resumed.write();                                                                                            \
-  }                                                                                                             \
-  void name##_trusted(name##_monitor* m, const name##_observer* o, const Scalar* y, Scalar* kept) {             \
-    name##_observer copy = *o;                                                                                  \
-    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                    \
-    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
-    const auto trusted = resumed.monitor.trusted(nlo::shim::output<name##_output>(y), observer.observer);       \
-    resumed.write();                                                                                            \
-    for (decltype(trusted.size()) j = 0; j < trusted.size(); ++j) kept[j] = trusted[j];                         \
-  }                                                                                                             \
-  name##_alarm name##_watch(name##_monitor* m, const name##_observer* o, const Scalar* x_hat) {                 \
-    name##_observer copy = *o;                                                                                  \
-    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                    \
-    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
-    const auto alarm =                                                                                          \
-        resumed.monitor.watch(observer.observer, nlo::shim::output<name##_resumed::Observer::Estimate>(x_hat)); \
-    resumed.write();                                                                                            \
-    return static_cast<name##_alarm>(alarm);                                                                    \
-  }                                                                                                             \
-  bool name##_monitor_armed(const name##_monitor* m) {                                                          \
-    name##_monitor copy = *m;                                                                                   \
-    return name##_resumed_monitor(copy NLO_C99_WATCH(name)).monitor.armed();                                    \
-  }                                                                                                             \
-  bool name##_monitor_restore(name##_monitor* m, const name##_monitor* saved) {                                 \
-    name##_monitor copy = *saved;                                                                               \
-    name##_resumed_monitor from(copy NLO_C99_WATCH(name)), resumed(*m NLO_C99_WATCH(name));                     \
-    const bool good = resumed.monitor.restore(from.monitor.save());                                             \
-    resumed.write();                                                                                            \
-    return good;                                                                                                \
+#define NLO_C99_WATCHED_SHIM(name, Scalar)                                                                       \
+  namespace {                                                                                                    \
+  using name##_resumed_monitor = nlo::shim::ResumedMonitor<name##_monitor, NLO_C99_MONITOR(name)>;               \
+  }                                                                                                              \
+  void name##_monitor_reset(name##_monitor* m) {                                                                 \
+    *m = {};                                                                                                     \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                      \
+    resumed.monitor.reset();                                                                                     \
+    resumed.write();                                                                                             \
+  }                                                                                                              \
+  void name##_usable_outputs(name##_monitor* m, const name##_observer* o, const Scalar* y, Scalar* kept) {       \
+    name##_observer copy = *o;                                                                                   \
+    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                     \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                      \
+    const auto trusted = resumed.monitor.usable_outputs(nlo::shim::output<name##_output>(y), observer.observer); \
+    resumed.write();                                                                                             \
+    for (decltype(trusted.size()) j = 0; j < trusted.size(); ++j) kept[j] = trusted[j];                          \
+  }                                                                                                              \
+  name##_alarm name##_watch(name##_monitor* m, const name##_observer* o, const Scalar* x_hat) {                  \
+    name##_observer copy = *o;                                                                                   \
+    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                     \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                      \
+    const auto alarm =                                                                                           \
+        resumed.monitor.watch(observer.observer, nlo::shim::output<name##_resumed::Observer::Estimate>(x_hat));  \
+    resumed.write();                                                                                             \
+    return static_cast<name##_alarm>(alarm);                                                                     \
+  }                                                                                                              \
+  bool name##_monitor_armed(const name##_monitor* m) {                                                           \
+    name##_monitor copy = *m;                                                                                    \
+    return name##_resumed_monitor(copy NLO_C99_WATCH(name)).monitor.armed();                                     \
+  }                                                                                                              \
+  bool name##_monitor_restore(name##_monitor* m, const name##_monitor* saved) {                                  \
+    name##_monitor copy = *saved;                                                                                \
+    name##_resumed_monitor from(copy NLO_C99_WATCH(name)), resumed(*m NLO_C99_WATCH(name));                      \
+    const bool good = resumed.monitor.restore(from.monitor.save());                                              \
+    resumed.write();                                                                                             \
+    return good;                                                                                                 \
   }
 
 #define NLO_C99_NOTHING(any)

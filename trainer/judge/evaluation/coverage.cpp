@@ -27,7 +27,7 @@ void CoverageSum::add(const Trajectory& truth, const Estimates& estimates) {
     if (weight <= 0.0 || k < truth.first_estimate) continue;
     weight_ += weight;
     for (Index i = 0; i < within_68_.size(); ++i) {
-      if (estimates.sigma(i, k) >= codegen::kUnknownSigma) continue;
+      if (estimates.sigma(i, k) >= static_cast<double>(kUnknownSigma)) continue;
       known_(i) += weight;
       const double error =
           std::abs(wrapped_difference(truth.states(i, k), estimates.x_hat(i, k), wraps_[static_cast<std::size_t>(i)]));
@@ -52,10 +52,22 @@ std::optional<Coverage> CoverageSum::coverage() const {
                   (1.0 - known_.array() / weight_).matrix()};
 }
 
+namespace {
+
+Estimates with_sigma(const codegen::Model& model, const codegen::Run& run, const Eigen::MatrixXd& sigma) {
+  const VectorXd ratio = model.error->factor_95.cwiseQuotient(model.error->factor_68);
+  return {run.x_hat, sigma, ratio.asDiagonal() * sigma};
+}
+
+}  // namespace
+
 Estimates estimates_of(const codegen::Model& model, const codegen::Run& run) {
   if (!model.error) return run.x_hat;
-  const VectorXd ratio = model.error->factor_95.cwiseQuotient(model.error->factor_68);
-  return {run.x_hat, run.sigma, ratio.asDiagonal() * run.sigma};
+  return with_sigma(model, run, run.sigma);
+}
+
+Estimates widened_estimates_of(const codegen::Model& model, const codegen::Run& run) {
+  return with_sigma(model, run, run.widened_sigma);
 }
 
 std::optional<Coverage> mean_coverage(const std::vector<std::optional<Coverage>>& all) {

@@ -31,7 +31,7 @@ Estimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviati
 struct Coverage {
   Eigen::VectorXd share_68, share_95;  ///< truth in the interval, of those with an interval; NaN if none has
   Eigen::VectorXd sigma;               ///< mean over those with an interval, in the state's unit
-  Eigen::VectorXd unknown;             ///< share of those without: sigma is codegen::kUnknownSigma
+  Eigen::VectorXd unknown;             ///< share of those without: sigma is kUnknownSigma
 };
 
 /// Sums over runs. Adding in the same order gives the same bits.
@@ -53,6 +53,9 @@ class CoverageSum {
 
 /// What a model says over a run: with intervals where it has an error head.
 Estimates estimates_of(const codegen::Model& model, const codegen::Run& run);
+
+/// The same with the intervals that the monitor has widened. For a model with an error head and a monitor.
+Estimates widened_estimates_of(const codegen::Model& model, const codegen::Run& run);
 
 /// The mean over several evaluations; empty when one has none.
 std::optional<Coverage> mean_coverage(const std::vector<std::optional<Coverage>>& all);

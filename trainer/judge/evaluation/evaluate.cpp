@@ -67,15 +67,17 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 
 ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate) {
   auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-  const auto watched = behind_gate ? std::make_shared<const codegen::Model>(model) : nullptr;
+  const bool widens = model.error && model.monitor;
+  const auto watched = behind_gate || widens ? std::make_shared<const codegen::Model>(model) : nullptr;
+  const codegen::Gate gate = behind_gate ? codegen::Gate::kUsed : codegen::Gate::kNotUsed;
   const Eigen::Index nu = model.nu();
-  return [watched, observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                                const Eigen::VectorXd& time_s) {
+  return [watched, observer, uniform_steps, nu, gate](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                      const Eigen::VectorXd& time_s) {
     const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
     const Eigen::MatrixXd& given = nu > 0 && inputs.size() > 0 ? inputs : none;
     if (!watched) return observer->run(outputs, given, time_s, uniform_steps);
     const Eigen::VectorXd stamps = uniform_steps ? Eigen::VectorXd() : time_s;
-    return codegen::watched_run(*watched, *watched->monitor, outputs, given, stamps).run;
+    return codegen::watched_run(*watched, *watched->monitor, outputs, given, stamps, gate).run;
   };
 }
 

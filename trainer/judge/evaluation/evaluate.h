@@ -79,7 +79,8 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 
 /// A model's whole answer over one run, in float, as it flies; arguments as those of an Estimator. A model without
 /// phi(z) u (25) has no use for the inputs. Not for two threads at once.
-///   behind_gate  of the model's monitor, which it must have
+///   behind_gate  outputs pass the gate of the model's monitor, which it must have
+/// With an error head and a monitor the run also has widened_sigma.
 using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                                const Eigen::VectorXd& time_s)>;
 ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate = false);

@@ -218,7 +218,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   std::vector<codegen::Run> runs;
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s, config);
-  CoverageSum covered(logs.states);
+  CoverageSum covered(logs.states), widened(logs.states);
   std::vector<double> errors;
   const Eigen::VectorXd scale = state_deviation(logs);
   const auto count = static_cast<double>(logs.trajectories.size());
@@ -229,16 +229,18 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     estimates.emplace_back(runs.back().x_hat(scored, Eigen::all));
     count_domain(runs.back(), result.domain);
     sum.add(logs.trajectories[i], estimates.back());
-    if (model.error) {
-      const Estimates all = estimates_of(model, runs.back());
-      covered.add(logs.trajectories[i],
-                  {all.x_hat(scored, Eigen::all), all.sigma(scored, Eigen::all), all.bound_95(scored, Eigen::all)});
-    }
+    const auto cover = [&](CoverageSum& sum_of, const Estimates& all) {
+      sum_of.add(logs.trajectories[i],
+                 {all.x_hat(scored, Eigen::all), all.sigma(scored, Eigen::all), all.bound_95(scored, Eigen::all)});
+    };
+    if (model.error) cover(covered, estimates_of(model, runs.back()));
+    if (model.error && model.monitor) cover(widened, widened_estimates_of(model, runs.back()));
     errors.push_back(relative_error(logs.trajectories[i], estimates.back(), logs.states, scale));
   }
   judge("observer", {}, estimates);
   result.metrics = sum.metrics();
   result.coverage = covered.coverage();
+  result.widened_coverage = widened.coverage();
   for (const Chosen& chosen : spread_choice(errors)) {
     const std::size_t i = chosen.run;
     result.examples.push_back({logs.trajectories[i], measured.trajectories[i].outputs, estimates[i], chosen.why});

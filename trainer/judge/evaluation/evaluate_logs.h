@@ -57,10 +57,11 @@ struct LogEvaluation {
   Unscored unscored;
   std::vector<std::string> unscored_states = {};  ///< of the model, that the logs have no truth of
   DomainShare domain;
-  std::optional<Coverage> coverage = {};  ///< of a model that knows how wrong it is
-  NoiseConfig noise;                      ///< added to the logged outputs
-  std::vector<std::string> missing = {};  ///< outputs that were taken away, and how
-  bool behind_gate = false;               ///< of the model's monitor
+  std::optional<Coverage> coverage = {};          ///< of a model with an error head
+  std::optional<Coverage> widened_coverage = {};  ///< of the intervals that its monitor has widened, with a monitor
+  NoiseConfig noise;                              ///< added to the logged outputs
+  std::vector<std::string> missing = {};          ///< outputs that were taken away, and how
+  bool behind_gate = false;                       ///< outputs passed the gate of the model's monitor
   std::uint64_t seed = 0;
   std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
   std::string baselines_fitted_on;       ///< "the training logs", "these logs, in hindsight"

@@ -177,6 +177,7 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
   if (!evaluation.unscored_states.empty()) json["unscored"]["states"] = evaluation.unscored_states;
   json["in_domain"] = domain_json(evaluation.domain);
   if (evaluation.coverage) json["coverage"] = coverage_json(*evaluation.coverage);
+  if (evaluation.widened_coverage) json["widened_coverage"] = coverage_json(*evaluation.widened_coverage);
   json["notes"] = evaluation.notes;
   return json_text(json);
 }

@@ -176,6 +176,7 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
       evaluation.baselines_fitted_on);
   CoverageTable coverage;
   coverage.add("observer", evaluation.states, evaluation.coverage);
+  coverage.add("widened by its monitor", evaluation.states, evaluation.widened_coverage);
   text += log_table(evaluation.entries).to_text(2) + coverage.text();
   if (const Table files = file_table(evaluation); !files.rows.empty()) text += "\n" + files.to_text(2);
   if (evaluation.unscored.share > 0.0)

@@ -19,9 +19,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // A sensor that the observer can do without is frozen once it repeats a reading for longer than at all but this share
-// of the training's samples. As many of those at rest its witness may be out of its range there; of the others it has
-// to be in most.
-constexpr double kFrozenShare = 0.03, kLeastWitnessed = 0.5;
+// of the training's samples. As many of those at rest its reference sensor may be out of its range there; of the others
+// it has to be in most.
+constexpr double kFrozenShare = 0.03, kLeastReference = 0.5;
 // A sensor of high resolution repeats itself now and then, though no log shows it.
 constexpr std::size_t kFewestEqual = 5;
 // The resting reading of a sensor that does not rest: no reading equals it.
@@ -39,11 +39,11 @@ double resting_reading(const SensedRuns& runs, Index j) {
 }
 
 /// What output i reads where output j rests, but for kFrozenShare of it, and the share of other samples beyond.
-struct Witness {
+struct ReferenceSensor {
   Index output = 0;
   double min = 0.0, max = 0.0, beyond = 0.0;
 };
-Witness witness_of(const SensedRuns& runs, Index j, double resting, Index i) {
+ReferenceSensor reference_sensor_of(const SensedRuns& runs, Index j, double resting, Index i) {
   std::vector<double> at_rest, moving;
   for (const MatrixXd& y : runs.outputs)
     for (Index k = 1; k < y.cols(); ++k) {
@@ -56,11 +56,11 @@ Witness witness_of(const SensedRuns& runs, Index j, double resting, Index i) {
   if (at_rest.empty() || moving.empty()) return {i};
   std::sort(at_rest.begin(), at_rest.end());
   const auto out = static_cast<std::size_t>(0.5 * kFrozenShare * static_cast<double>(at_rest.size() - 1));
-  Witness witness{i, at_rest[out], at_rest[at_rest.size() - 1 - out]};
-  const auto beyond =
-      std::count_if(moving.begin(), moving.end(), [&](double y) { return y < witness.min || y > witness.max; });
-  witness.beyond = static_cast<double>(beyond) / static_cast<double>(moving.size());
-  return witness;
+  ReferenceSensor reference_sensor{i, at_rest[out], at_rest[at_rest.size() - 1 - out]};
+  const auto beyond = std::count_if(moving.begin(), moving.end(),
+                                    [&](double y) { return y < reference_sensor.min || y > reference_sensor.max; });
+  reference_sensor.beyond = static_cast<double>(beyond) / static_cast<double>(moving.size());
+  return reference_sensor;
 }
 
 /// The most equal readings of output j in a row, as the monitor counts them, but for kFrozenShare of all samples.
@@ -71,7 +71,7 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
     codegen::Repeats repeats;
     for (Index k = 0; k < y.cols(); ++k) {
       if (!std::isfinite(y(j, k))) continue;
-      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.witness(j)), k), 0.0);
+      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.reference_sensor(j)), k), 0.0);
       const auto equal = static_cast<std::size_t>(repeats.equal());
       all += 1.0;
       if (equal == 0) continue;
@@ -132,19 +132,20 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const 
     if (!simulated && own.longest <= kByChance) {
       monitor.most_equal(j) = std::max<double>(4 * (own.longest + 1), kFewestEqual);
       monitor.resting(j) = monitor.rest_min(j) = monitor.rest_max(j) = kNoRest;
-      monitor.witness(j) = static_cast<double>(j);
+      monitor.reference_sensor(j) = static_cast<double>(j);
     }
   }
   for (const int j : model.failures.outputs) {
     if (simulated || j >= model.measured()) continue;
     const double resting = resting_reading(runs, j);
-    Witness best{j, resting, resting, kLeastWitnessed};  // itself: at rest it is never frozen
+    ReferenceSensor best{j, resting, resting, kLeastReference};  // itself: at rest it is never frozen
     for (Index i = 0; i < model.measured(); ++i) {
       if (i == j) continue;
-      if (const Witness other = witness_of(runs, j, resting, i); other.beyond > best.beyond) best = other;
+      if (const ReferenceSensor other = reference_sensor_of(runs, j, resting, i); other.beyond > best.beyond)
+        best = other;
     }
     monitor.resting(j) = resting;
-    monitor.witness(j) = static_cast<double>(best.output);
+    monitor.reference_sensor(j) = static_cast<double>(best.output);
     monitor.rest_min(j) = best.min;
     monitor.rest_max(j) = best.max;
     monitor.most_equal(j) = most_equal_of(monitor, runs, j);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Activations for scalars and SIMD packs, without libm. The trainer differentiates the same functions that fly; jvp.h has
-// their slopes.
+// Activations for scalars and SIMD packs, without libm. The trainer differentiates the same functions that fly; jvp.h
+// has their slopes.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,10 @@ enum class Activation : std::uint8_t {
   kTanh5e6,  ///< within 5e-6
   kTanh5e5,  ///< within 5e-5
 };
+
+}  // namespace nlo
+
+namespace nlo::inline NLO_ISA {
 
 constexpr bool is_tanh(Activation kind) {
   return kind == Activation::kTanh || kind == Activation::kTanh5e6 || kind == Activation::kTanh5e5;
@@ -74,4 +78,4 @@ using simd::smaller;
 #undef NLO_CODE
 }  // namespace native
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

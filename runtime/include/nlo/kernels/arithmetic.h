@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The two rounding policies of an observer, and the check of the language version. A template parameter of the observer
-// chooses the policy:
+// The two rounding policies of an observer. A template parameter of the observer chooses the policy:
 //   nlo::KklObserver<Model, nlo::Arithmetic::kDeterministic> observer{kModel};
 #pragma once
 
-// Every header includes this one first, so that an older language version gives a single error with the remedy.
-#if __cplusplus < 202002L
-#error "nlo needs C++20: compile with -std=c++20 or -std=gnu++20 (CMake: link nlo::runtime, which asks for it)"
-// This file does not exist. A missing file stops the compiler; #error alone would be followed by hundreds of errors.
-#define NLO_STOP "nlo/stopped_by_the_error_above"
-#include NLO_STOP
-#endif
+#include "nlo/kernels/compiler.h"
 
 #include <bit>
 #include <cstdint>
@@ -27,8 +20,12 @@ enum class Arithmetic : std::uint8_t {
                    ///< and optimisation level (except with -ffast-math)
 };
 
-/// With the deterministic policy code executes the same number of instructions for every input, and so never branches on
-/// data. The fast policy branches: the processor predicts the usual case and does not wait for the comparison.
+}  // namespace nlo
+
+namespace nlo::inline NLO_ISA {
+
+/// With the deterministic policy code executes the same number of instructions for every input, and so never branches
+/// on data. The fast policy branches: the processor predicts the usual case and does not wait for the comparison.
 template <Arithmetic kArithmetic>
 inline constexpr bool kConstantTime = kArithmetic == Arithmetic::kDeterministic;
 
@@ -59,4 +56,4 @@ NLO_INLINE constexpr bool may_skip(bool changes_nothing) {
   return !kConstantTime<kArithmetic> && changes_nothing;
 }
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

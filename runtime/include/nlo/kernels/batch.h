@@ -10,16 +10,16 @@
 #include "nlo/kernels/simd.h"
 
 #if NLO_HAS_VECTORS
-namespace nlo::kernels::native {
+namespace nlo::inline NLO_ISA::kernels::native {
 #define NLO_CODE NLO_INLINE
 #define NLO_ISA_BYTES NLO_NATIVE_BYTES
 #include "nlo/kernels/per_isa/batch.inc"
 #undef NLO_ISA_BYTES
 #undef NLO_CODE
-}  // namespace nlo::kernels::native
+}  // namespace nlo::inline NLO_ISA::kernels::native
 #endif
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 /// Number of plants in a block: two vectors of an instruction set with vectors of kBytes bytes.
 template <class Scalar, int kBytes>
@@ -53,8 +53,8 @@ NLO_INLINE void for_batch_block(const Work& work) {
   work(std::integral_constant<int, kBatchBlock<Scalar, NLO_NATIVE_BYTES>>{});
 }
 
-/// Evaluates a network for kPlants inputs; buffers are [widest][kPlants]. If kPlants does not suit the CPU, the inputs are
-/// evaluated one by one.
+/// Evaluates a network for kPlants inputs; buffers are [widest][kPlants]. If kPlants does not suit the CPU, the inputs
+/// are evaluated one by one.
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
 NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)
@@ -82,4 +82,4 @@ NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out
   }
 }
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels

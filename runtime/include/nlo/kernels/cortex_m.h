@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Matrix-vector product of a dense layer in float32 for Cortex-M cores with an FPU (M4F, M7, M33): out = f(W in + b).
 //
-// These cores have 32 registers and one load port, so the number of instructions per weight decides. The sums of a block
-// of 13 outputs stay in s0-s12. Weights are loaded 13 at a time by one multiple-register load, inputs 5 at a time. Weights
-// are stored in the order in which they are read. On the paper's 50 x 50 layers this takes 1.11 instructions per
-// multiply-add; compiled loops take 3.
+// These cores have 32 registers and one load port, so the number of instructions per weight decides. The sums of a
+// block of 13 outputs stay in s0-s12. Weights are loaded 13 at a time by one multiple-register load, inputs 5 at a
+// time. Weights are stored in the order in which they are read. On the paper's 50 x 50 layers this takes 1.11
+// instructions per multiply-add; compiled loops take 3.
 //
 // fast           VFMA: one instruction per multiply-add, on every core.
 // deterministic  VMLA: the product is rounded, then the sum, as on every other target.
-// Arm's manual of the M4 lists 3 cycles for each of these, and 1 cycle for each of VMUL and VADD. On an M4 the latter pair
-// may therefore be faster. Measure it on your chip; NLO_CORTEX_M_NO_FMA selects it.
+// Arm's manual of the M4 lists 3 cycles for each of these, and 1 cycle for each of VMUL and VADD. On an M4 the latter
+// pair may therefore be faster. Measure it on your chip; NLO_CORTEX_M_NO_FMA selects it.
 //
 // layer_plain() gives the same bits in C++ on any machine.
 #pragma once
@@ -20,9 +20,10 @@
 #include "nlo/kernels/cortex_m_registers.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo::kernels::cortex_m {
+namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
-/// Divides kAll into as few parts of at most kMost as possible; their sizes differ by at most one: 50 = 13 + 13 + 12 + 12.
+/// Divides kAll into as few parts of at most kMost as possible; their sizes differ by at most one: 50 = 13 + 13 + 12 +
+/// 12.
 template <int kAll, int kMost>
 struct Parts {
   static constexpr int kCount = (kAll + kMost - 1) / kMost;
@@ -136,4 +137,4 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
 
 #endif
 
-}  // namespace nlo::kernels::cortex_m
+}  // namespace nlo::inline NLO_ISA::kernels::cortex_m

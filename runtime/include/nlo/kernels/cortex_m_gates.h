@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The element-wise part of a step of gated units (gated.inc) for Cortex-M cores with an FPU. Eight units at a time are
-// loaded and stored by multiple-register instructions: 2.6 and 3.9 instructions per unit, where compiled loops take 8 and
-// 10. The functions ..._plain() give the same bits in C++ on any machine.
+// loaded and stored by multiple-register instructions: 2.6 and 3.9 instructions per unit, where compiled loops take 8
+// and 10. The functions ..._plain() give the same bits in C++ on any machine.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/cortex_m.h"
 
-namespace nlo::kernels::cortex_m {
+namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
 template <Arithmetic kArithmetic>
 float gate_plain(float t) {
@@ -72,7 +72,8 @@ inline constexpr float kHalves[8] = {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0
 #else
 #define NLO_ROUNDED(sum, factor, x) "vmla.f32 s" #sum ", s" #factor ", s" #x "\n"
 #endif
-// For one unit: replaces `gate`, which holds tanh t, by gate_of(t). Then replaces z by z gate, or by z + gate (target - z).
+// For one unit: replaces `gate`, which holds tanh t, by gate_of(t). Then replaces z by z gate, or by z + gate (target -
+// z).
 #define NLO_RESET(op, t, z, gate) op(gate, t, gate) "vmul.f32 s" #z ", s" #z ", s" #gate "\n"
 #define NLO_MOVE(op, t, target, z, gate) \
   op(gate, t, gate) "vsub.f32 s" #target ", s" #target ", s" #z "\n" op(z, target, gate)
@@ -157,4 +158,4 @@ __attribute__((noinline)) void move_units(const float* t, const float* target, f
 
 #endif
 
-}  // namespace nlo::kernels::cortex_m
+}  // namespace nlo::inline NLO_ISA::kernels::cortex_m

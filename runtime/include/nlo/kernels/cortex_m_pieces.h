@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// tanh in float32 by 256 cubic polynomials, for large layers on Cortex-M cores with an FPU, in the fast policy. The four
-// coefficients of a cubic are one multiple-register load, and there is no division. A value takes 8 instructions, where
-// tanh_rational() takes 14 and a VDIV of 14 cycles. The error is below 2.3e-7, half of that of tanh_rational(). The table
-// takes 4 KB of flash.
+// tanh in float32 by 256 cubic polynomials, for large layers on Cortex-M cores with an FPU, in the fast policy. The
+// four coefficients of a cubic are one multiple-register load, and there is no division. A value takes 8 instructions,
+// where tanh_rational() takes 14 and a VDIV of 14 cycles. The error is below 2.3e-7, half of that of tanh_rational().
+// The table takes 4 KB of flash.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -10,17 +10,17 @@
 #include "nlo/kernels/cortex_m_registers.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo::kernels::cortex_m {
+namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
-/// Row 128 + k: coefficients of c_0 + c_1 x + c_2 x^2 + c_3 x^3 for the x with 16 x, rounded towards zero, equal to k. The
-/// first and last row also serve all x beyond.
+/// Row 128 + k: coefficients of c_0 + c_1 x + c_2 x^2 + c_3 x^3 for the x with 16 x, rounded towards zero, equal to k.
+/// The first and last row also serve all x beyond.
 struct TanhPieces {
   static constexpr int kEach = 16, kRows = 256, kMiddle = kRows / 2;
   alignas(16) float rows[kRows][4];
 };
 
-/// Interpolates tanh at four Chebyshev nodes of each piece; the piece around 0 is x - 0.33288 x^3. The function is odd. A
-/// template, so that only programs that use the table compute it.
+/// Interpolates tanh at four Chebyshev nodes of each piece; the piece around 0 is x - 0.33288 x^3. The function is odd.
+/// A template, so that only programs that use the table compute it.
 template <class Scalar = double>
 inline constexpr TanhPieces kTanhPieces = [] {
   constexpr int kMiddle = TanhPieces::kMiddle;
@@ -132,4 +132,4 @@ NLO_INLINE void tanh_by_pieces(float* at) {
 
 #endif
 
-}  // namespace nlo::kernels::cortex_m
+}  // namespace nlo::inline NLO_ISA::kernels::cortex_m

@@ -15,7 +15,7 @@
 #endif
 #endif
 
-namespace nlo::kernels::cortex_m {
+namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
 /// Coefficients of tanh_rational(): the leading ones of P and Q, then the other four of each, highest power first, once
 /// for each value of a pair.
@@ -114,8 +114,8 @@ NLO_INLINE void multiply_block(const float*& weights, const float*& bias, const 
   NLO_BLOCK_OF(13, "s0-s12", "s13-s25")
 }
 
-/// Computes max(v, 0) of each value by its bits, ten values at a time: 1.6 instructions each. A comparison of floats takes
-/// five.
+/// Computes max(v, 0) of each value by its bits, ten values at a time: 1.6 instructions each. A comparison of floats
+/// takes five.
 template <int kN>
 NLO_INLINE void relu_in_place(float* v) {
 #define NLO_POSITIVE(r) "bic " #r ", " #r ", " #r ", asr #31\n"
@@ -132,8 +132,9 @@ NLO_INLINE void relu_in_place(float* v) {
   for (int i = 0; i < kN % 10; ++i) bits[i] &= ~(bits[i] >> 31);
 }
 
-// tanh of a pair of values in s`x` and s`y`, with their squares in s`xx` and s`yy`, by Horner's rule on four polynomials.
-// One instruction loads sixteen coefficients each time, because the sums overwrite them. The leading ones are in s26, s27.
+// tanh of a pair of values in s`x` and s`y`, with their squares in s`xx` and s`yy`, by Horner's rule on four
+// polynomials. One instruction loads sixteen coefficients each time, because the sums overwrite them. The leading ones
+// are in s26, s27.
 #define NLO_TANH_PAIR(op, x, xx, y, yy)                                                                            \
   "vldmia %[coefficients], {s0-s15}\n" op(0, 26, xx) op(4, 27, xx) op(8, 26, yy) op(12, 27, yy) op(1, 0, xx)       \
       op(5, 4, xx) op(9, 8, yy) op(13, 12, yy) op(2, 1, xx) op(6, 5, xx) op(10, 9, yy) op(14, 13, yy) op(3, 2, xx) \
@@ -250,4 +251,4 @@ NLO_INLINE void tanh_in_place(float* at) {
 
 #endif  // NLO_CORTEX_M_FLOAT
 
-}  // namespace nlo::kernels::cortex_m
+}  // namespace nlo::inline NLO_ISA::kernels::cortex_m

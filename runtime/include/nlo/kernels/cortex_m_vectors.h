@@ -3,7 +3,8 @@
 //
 // There are 8 vectors of four values. The sums of a tile of up to 24 outputs stay in q0-q5. Inputs are loaded into core
 // registers, two at a time, and weights into q6 and q7. Weights are stored in the order in which they are read; outputs
-// are padded with zeros to whole vectors. On layers of 50 this takes 0.6 instructions per multiply-add; cortex_m.h: 1.1.
+// are padded with zeros to whole vectors. On layers of 50 this takes 0.6 instructions per multiply-add; cortex_m.h:
+// 1.1.
 //
 // fast           VFMA by a scalar
 // deterministic  VMUL by a scalar, VADD: each operation rounded by itself, as on every other target
@@ -27,7 +28,7 @@
 
 #if defined(NLO_CORTEX_M_MVE)
 
-namespace nlo::kernels::cortex_m_vectors {
+namespace nlo::inline NLO_ISA::kernels::cortex_m_vectors {
 
 /// The outputs as vectors of four, and these as tiles.
 template <int kOut>
@@ -87,7 +88,8 @@ constexpr int weight_position(int o, int i) {
         [odd] "i"(kIn % 2), [tail] "i"(kTail)                                                                       \
       : "r4", "r5", "lr", "q0", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "memory")
 
-/// out = bias + W in for kSize vectors of outputs, the last one with kTail values. Returns a pointer to the next weights.
+/// out = bias + W in for kSize vectors of outputs, the last one with kTail values. Returns a pointer to the next
+/// weights.
 template <int kSize, bool kFused, int kIn, int kTail>
 NLO_INLINE const float* multiply_tile(const float* weights, const float* bias, const float* in, float* out) {
   static_assert(kSize >= 1 && kSize <= 6 && kTail >= 1 && kTail <= 4);
@@ -166,7 +168,8 @@ NLO_INLINE void tanh_in_place(float* at) {
   }
 }
 
-/// Computes tanh_by_pieces_plain() of kN values, in place: 4 instructions each. Gathers coefficients of four rows at once.
+/// Computes tanh_by_pieces_plain() of kN values, in place: 4 instructions each. Gathers coefficients of four rows at
+/// once.
 template <int kN>
 NLO_INLINE void tanh_by_pieces(float* at) {
   const float* const middle = cortex_m::kTanhPieces<>.rows[cortex_m::TanhPieces::kMiddle];
@@ -234,6 +237,6 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
 #undef NLO_ROUNDED
 #undef NLO_FUSED
 
-}  // namespace nlo::kernels::cortex_m_vectors
+}  // namespace nlo::inline NLO_ISA::kernels::cortex_m_vectors
 
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Chooses the kernel of the target for a layer, and with it the layout of the weights. Architecture and type of the weights
-// decide, never the instruction sets that the compiler may use: a model has the same bytes in all objects of a program.
+// Chooses the kernel of the target for a layer, and with it the layout of the weights. Architecture and type of the
+// weights decide, never the instruction sets that the compiler may use: a model has the same bytes in all objects of a
+// program.
 //   panels.h           CPUs with vectors of any length
 //   without_vectors.h  CPUs without vectors, and NLO_SCALAR_KERNELS (for comparisons)
 //   x86_dispatch.h     with NLO_CPU_DISPATCH, the best instruction set of the CPU
@@ -18,7 +19,7 @@
 #include "nlo/kernels/x86_dispatch.h"
 #endif
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// A layer in the layout of the kernel.
 #if NLO_HAS_VECTORS
@@ -29,9 +30,9 @@ template <class Weight, int kIn, int kOut>
 using PackedDense = TargetDense<Weight, kIn, kOut>;
 #endif
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 /// True if the inputs of the first layer must be padded with zeros.
 template <int kIn>
@@ -56,4 +57,4 @@ NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scal
   network<kKind, kArithmetic>(net, in, out, ping, pong);
 }
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels

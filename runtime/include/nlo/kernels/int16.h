@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Matrix-vector product in int16 with int32 sums, sum = W a + b, and a table of tanh. Sums cannot overflow: the exporter
-// chooses scales with |b| + sum |w| 32767 < 2^31 for each output, and refuses a model for which there are none. Therefore
-// the order of summation does not matter, and every target gives the same bits.
+// Matrix-vector product in int16 with int32 sums, sum = W a + b, and a table of tanh. Sums cannot overflow: the
+// exporter chooses scales with |b| + sum |w| 32767 < 2^31 for each output, and refuses a model for which there are
+// none. Therefore the order of summation does not matter, and every target gives the same bits.
 //
 // Instructions per multiply-add on Cortex-M:
 //   DSP instructions (M4)  0.7: SMLAD does two multiply-adds. The sums of a block of 5 or 4 outputs stay in registers;
@@ -21,8 +21,8 @@
 #include "nlo/kernels/int16_riscv.h"
 #endif
 
-// The assembly needs optimised code of GCC, because it uses all registers but the stack pointer. Elsewhere plain C++ gives
-// the same bits.
+// The assembly needs optimised code of GCC, because it uses all registers but the stack pointer. Elsewhere plain C++
+// gives the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
     !defined(NLO_SCALAR_KERNELS)
 #if __ARM_ARCH_PROFILE == 'M'
@@ -47,7 +47,7 @@
 #define NLO_CORTEX_M_THUMB1 1
 #endif
 
-namespace nlo::kernels::int16 {
+namespace nlo::inline NLO_ISA::kernels::int16 {
 
 /// Activations are in Q15: 32767 stands for 1 (tanh), for the largest value of the layer (relu), or for 16 (silu).
 inline constexpr int kOne = 32767;
@@ -99,8 +99,8 @@ constexpr int weight_position(int o, int i) {
 }
 
 /// Table of tanh over [-8, 8] in steps of h = 1/32. Linear interpolation between exact points would be too small in
-/// magnitude by up to h^2/8 |tanh''|. The points are moved outwards by half of that, so that the error is halved. The ends
-/// are +-1.
+/// magnitude by up to h^2/8 |tanh''|. The points are moved outwards by half of that, so that the error is halved. The
+/// ends are +-1.
 inline constexpr auto kTanhTable = [] {
   std::array<std::int16_t, 513> table{};
   constexpr double kStep = 1.0 / 32;
@@ -153,8 +153,8 @@ NLO_INLINE std::int32_t silu_q11(std::int32_t argument) {
   return (half * (kOne + 1 + tanh_q15(argument))) >> 16;
 }
 
-/// Returns the activation of a sum. sum / 2^kShift is the argument in Q16 (tanh), half of the argument in Q16 (silu), or
-/// the result in Q15 (relu).
+/// Returns the activation of a sum. sum / 2^kShift is the argument in Q16 (tanh), half of the argument in Q16 (silu),
+/// or the result in Q15 (relu).
 template <Activation kKind, int kShift>
 NLO_INLINE std::int16_t activated(std::int32_t sum) {
   static_assert(kKind == Activation::kTanh || kKind == Activation::kRelu || kKind == Activation::kSilu);
@@ -408,4 +408,4 @@ NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, con
   for (int b = 0; b < B::kFours; ++b) block(std::integral_constant<int, 4>{}, 5 * B::kFives + 4 * b);
 }
 
-}  // namespace nlo::kernels::int16
+}  // namespace nlo::inline NLO_ISA::kernels::int16

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The block of int16.h on RISC-V, which holds all rows of a layer. Weights are stored input by input, with those of all
-// rows side by side. With vectors (V, or Zve32x) the sums of a strip of rows (32 rows for registers of 128 bits) stay in
-// v8-v15, inputs are in scalar registers, and VWMACC adds the products. Without vectors five rows are summed at a time.
+// rows side by side. With vectors (V, or Zve32x) the sums of a strip of rows (32 rows for registers of 128 bits) stay
+// in v8-v15, inputs are in scalar registers, and VWMACC adds the products. Without vectors five rows are summed at a
+// time.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 #include "nlo/kernels/riscv_state.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo::kernels::int16 {
+namespace nlo::inline NLO_ISA::kernels::int16 {
 
 #if defined(NLO_RISCV_INTEGERS)
 
@@ -152,4 +153,4 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #endif
 
-}  // namespace nlo::kernels::int16
+}  // namespace nlo::inline NLO_ISA::kernels::int16

@@ -5,7 +5,7 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo::simd {
+namespace nlo::inline NLO_ISA::simd {
 
 /// Returns the sum of the lanes, added pairwise.
 template <class Scalar, class P>
@@ -23,4 +23,4 @@ NLO_INLINE Scalar sum(P value) {
   }
 }
 
-}  // namespace nlo::simd
+}  // namespace nlo::inline NLO_ISA::simd

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Layout of the weights of a dense layer for CPUs with vectors. It does not depend on the length of the vectors, because
-// the bytes of a model must not depend on compiler flags. A layer has three parts:
+// Layout of the weights of a dense layer for CPUs with vectors. It does not depend on the length of the vectors,
+// because the bytes of a model must not depend on compiler flags. A layer has three parts:
 //   tiles   up to 64 outputs each, a multiple of 16. For each input, the weights of all outputs of the tile are side by
 //           side. Sums stay in registers during the loop over the inputs; every load is of whole, aligned cache lines
 //   eight   8 further outputs, likewise
-//   rest    up to 7 further outputs, row-major: one dot product each, rows padded with zeros to a multiple of 4. In layers
+//   rest    up to 7 further outputs, row-major: one dot product each, rows padded with zeros to a multiple of 4. In
+//     layers
 //           with few inputs column-major: side by side for each input, padded with zeros to a multiple of 4 outputs
 // Nothing else is padded. The usual 50 x 50 layers, padded to 64, would not fit into a 32 KB L1 cache.
 //
@@ -25,7 +26,7 @@
 #define NLO_HAS_VECTORS 0
 #endif
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// Type of the sums of a network with such weights. weight.h has weights of 16 bits, which are computed with in float.
 template <class Weight>
@@ -33,9 +34,9 @@ struct ComputesIn {
   using Type = Weight;
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 inline constexpr bool kHasVectors = NLO_HAS_VECTORS == 1;
 
@@ -61,7 +62,9 @@ struct PanelLayout {
   constexpr int weights() const {
     return rest_at() + (rest_is_row_major() ? rest() * rounded_up(in, 4) : in * rounded_up(rest(), 4));
   }
-  constexpr int biases() const { return wide() + eight() + rounded_up(rest(), 4); }  ///< number of biases, padding included
+  constexpr int biases() const {
+    return wide() + eight() + rounded_up(rest(), 4);
+  }  ///< number of biases, padding included
 
   /// First output of a tile; for tile = tiles(), the end of the last one. Sizes of tiles differ by at most 16.
   constexpr int tile_at(int tile) const {
@@ -92,11 +95,12 @@ struct Panels {
   static constexpr int weight_position(int o, int i) { return kLayout.weight_position(o, i); }
 };
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
-/// A layer in this layout. Generated headers use it for large layers too, because a compiler would take long to pack them.
+/// A layer in this layout. Generated headers use it for large layers too, because a compiler would take long to pack
+/// them.
 template <class Weight, int kIn_, int kOut_>
 struct PanelDense {
   using Layout = kernels::Panels<kIn_, kOut_>;
@@ -108,11 +112,11 @@ struct PanelDense {
   constexpr Weight weight(int o, int i) const { return weights[Layout::weight_position(o, i)]; }
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA
 
 #if NLO_HAS_VECTORS
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 namespace native {
 using namespace nlo::simd;
@@ -126,6 +130,6 @@ using nlo::native::activate;
 #undef NLO_CODE
 }  // namespace native
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
 #endif

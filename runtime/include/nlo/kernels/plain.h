@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code with sums in registers. The order
-// of the weights is
+// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code with sums in registers. The
+// order of the weights is
 //   column-major  in layers with 8 or more outputs: [kIn][kOut]
 //   row-major     in smaller layers: [kOut][kIn], one dot product per output
 // Each output is summed in the order of the inputs, in both policies.
@@ -10,13 +10,13 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo::kernels::plain {
+namespace nlo::inline NLO_ISA::kernels::plain {
 
 template <int kOut>
 inline constexpr bool kColumnMajor = kOut >= 8;
 
-/// Number of outputs that are summed together: one if operations on floats are function calls, because further sums would
-/// be on the stack.
+/// Number of outputs that are summed together: one if operations on floats are function calls, because further sums
+/// would be on the stack.
 #if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
 inline constexpr int kSums = 1;
 #else
@@ -77,4 +77,4 @@ NLO_OWN_FRAME inline void layer(const Weight* weights, const Scalar* bias, const
   }
 }
 
-}  // namespace nlo::kernels::plain
+}  // namespace nlo::inline NLO_ISA::kernels::plain

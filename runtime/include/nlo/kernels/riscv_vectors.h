@@ -2,15 +2,15 @@
 // Matrix-vector product of a dense layer in float32 for RISC-V cores with vectors of floats (V, or Zve32f):
 // out = f(W in + b).
 //
-// The sums of a strip of outputs stay in v8-v15: as many outputs as eight registers hold, 32 if a register has 128 bits.
-// Inputs are in scalar registers, weights in v16-v31. The order of the weights is that of plain.h, so that a model has the
-// same bytes in objects that may use vectors and in others.
+// The sums of a strip of outputs stay in v8-v15: as many outputs as eight registers hold, 32 if a register has 128
+// bits. Inputs are in scalar registers, weights in v16-v31. The order of the weights is that of plain.h, so that a
+// model has the same bytes in objects that may use vectors and in others.
 //
 // fast           VFMACC by a scalar
 // deterministic  VFMUL by a scalar, VFADD: each operation rounded by itself, as on every other target
 //
-// The order of the sums, and therefore the bits, are those of cortex_m::layer_plain() without its table of tanh, for any
-// length of the vectors. It is assembly, because GCC 12 cannot generate vector code.
+// The order of the sums, and therefore the bits, are those of cortex_m::layer_plain() without its table of tanh, for
+// any length of the vectors. It is assembly, because GCC 12 cannot generate vector code.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -21,7 +21,7 @@
 
 #if defined(NLO_RISCV_VECTORS)
 
-namespace nlo::kernels::riscv_vectors {
+namespace nlo::inline NLO_ISA::kernels::riscv_vectors {
 
 /// Number of registers for a vector of up to kN values. A register holds at least four values.
 template <int kN>
@@ -205,6 +205,6 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
 #undef NLO_ROUNDED
 #undef NLO_FUSED
 
-}  // namespace nlo::kernels::riscv_vectors
+}  // namespace nlo::inline NLO_ISA::kernels::riscv_vectors
 
 #endif

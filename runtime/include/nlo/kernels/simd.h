@@ -8,8 +8,8 @@
 
 #include "nlo/kernels/arithmetic.h"
 
-// Unrolls a short loop with a constant number of rounds, completely or four rounds at a time, at every optimisation level
-// but -O0.
+// Unrolls a short loop with a constant number of rounds, completely or four rounds at a time, at every optimisation
+// level but -O0.
 #if defined(__clang__)
 #define NLO_UNROLL _Pragma("clang loop unroll(full)")
 #define NLO_UNROLL_SOME _Pragma("clang loop unroll_count(4)")
@@ -31,7 +31,7 @@
 #define NLO_SHARED_WITHOUT_FPU
 #endif
 
-namespace nlo::simd {
+namespace nlo::inline NLO_ISA::simd {
 
 // NLO_SCALAR_KERNELS selects plain scalar code on any target, for comparisons.
 #if defined(NLO_SCALAR_KERNELS)
@@ -99,9 +99,9 @@ inline namespace native {
 #undef NLO_CODE
 }  // namespace native
 
-}  // namespace nlo::simd
+}  // namespace nlo::inline NLO_ISA::simd
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 using simd::multiply_add;
 using simd::rounded;
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Weights of 16 bits, which are converted to float for the computation. They halve the size of networks that do not stay in
-// the cache between two samples, or that do not fit into the flash. `nlo export` rounds the weights; the literals in the
-// header are exact.
+// Weights of 16 bits, which are converted to float for the computation. They halve the size of networks that do not
+// stay in the cache between two samples, or that do not fit into the flash. `nlo export` rounds the weights; the
+// literals in the header are exact.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@
 #include "nlo/kernels/dense.h"
 #include "nlo/kernels/simd.h"
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// bfloat16: float's range, 8 bits of precision (relative rounding 2^-9).
 struct Bfloat16 {
@@ -64,10 +64,10 @@ struct ComputesIn<Float16> {
   using Type = float;
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA
 
 #if NLO_HAS_VECTORS
-namespace nlo::kernels::native {
+namespace nlo::inline NLO_ISA::kernels::native {
 #define NLO_CODE NLO_INLINE
 #define NLO_ISA_BYTES NLO_NATIVE_BYTES
 #if defined(__F16C__) && NLO_NATIVE_BYTES >= 16
@@ -79,11 +79,11 @@ namespace nlo::kernels::native {
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
 #undef NLO_CODE
-}  // namespace nlo::kernels::native
+}  // namespace nlo::inline NLO_ISA::kernels::native
 #endif
 
 #if defined(NLO_DISPATCHES)
-namespace nlo::kernels::x86 {
+namespace nlo::inline NLO_ISA::kernels::x86 {
 #define NLO_ISA_F16C 1
 namespace avx2 {
 #define NLO_CODE NLO_CODE_AVX2
@@ -109,5 +109,5 @@ namespace avx512_one_load {
 #undef NLO_CODE
 }  // namespace avx512_one_load
 #undef NLO_ISA_F16C
-}  // namespace nlo::kernels::x86
+}  // namespace nlo::inline NLO_ISA::kernels::x86
 #endif

@@ -20,7 +20,7 @@
 #include "nlo/kernels/riscv_vectors.h"
 #endif
 
-namespace nlo::kernels {
+namespace nlo::inline NLO_ISA::kernels {
 
 // The kernel of this target for weights in float. Other weights use plain.h.
 #if defined(NLO_CORTEX_M_MVE)
@@ -67,9 +67,9 @@ NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* i
   }
 }
 
-}  // namespace nlo::kernels
+}  // namespace nlo::inline NLO_ISA::kernels
 
-namespace nlo {
+namespace nlo::inline NLO_ISA {
 
 /// A layer in this layout.
 template <class Weight, int kIn_, int kOut_>
@@ -82,4 +82,4 @@ struct TargetDense {
   Scalar bias[Layout::kBiases];
 };
 
-}  // namespace nlo
+}  // namespace nlo::inline NLO_ISA

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Run-time dispatch for programs that must run on any x86-64: with NLO_CPU_DISPATCH defined, networks, their forward-mode
-// derivatives, gated units and batches are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU for its
-// instruction sets; every later one costs a load and a jump. There is no ifunc and no static initialiser, so that
-// observers also work during static initialisation. If the compiler may use AVX-512 anyway, the macro has no effect.
+// Run-time dispatch for programs that must run on any x86-64: with NLO_CPU_DISPATCH defined, networks, their
+// forward-mode derivatives, gated units and batches are compiled for AVX2 and AVX-512 too. The first evaluation asks
+// the CPU for its instruction sets; every later one costs a load and a jump. There is no ifunc and no static
+// initialiser, so that observers also work during static initialisation. If the compiler may use AVX-512 anyway, the
+// macro has no effect.
 #pragma once
 
 #include "nlo/kernels/panels.h"
@@ -15,7 +16,7 @@
 #define NLO_CODE_AVX2 inline __attribute__((always_inline, NLO_TARGET_AVX2))
 #define NLO_CODE_AVX512 inline __attribute__((always_inline, NLO_TARGET_AVX512))
 
-namespace nlo::kernels::x86 {
+namespace nlo::inline NLO_ISA::kernels::x86 {
 
 namespace avx2 {
 using namespace nlo::simd::types;
@@ -67,7 +68,8 @@ inline Level ask_cpu() {
   const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                       __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
   if (!avx512) return Level::kAvx2;
-  return __builtin_cpu_is("amdfam19h") ? Level::kAvx512OneLoad : Level::kAvx512;  // Zen 4: one load of 64 bytes per cycle
+  return __builtin_cpu_is("amdfam19h") ? Level::kAvx512OneLoad
+                                       : Level::kAvx512;  // Zen 4: one load of 64 bytes per cycle
 }
 
 constexpr bool has_avx512(Level level) {
@@ -151,6 +153,6 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_one_load(const Network& ne
   avx512_one_load::network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
 }
 
-}  // namespace nlo::kernels::x86
+}  // namespace nlo::inline NLO_ISA::kernels::x86
 
 #endif

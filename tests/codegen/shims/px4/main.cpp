@@ -39,7 +39,7 @@ int main() {
     now_us += lost ? 3 * period_us : period_us + (k % 3 == 0 ? period_us / 4 : 0);
     const NLO_SCALAR since = static_cast<NLO_SCALAR>(3 * period_us) * static_cast<NLO_SCALAR>(1e-6);
 #ifdef NLO_MONITOR
-    NAMED(trusted_dt)(&monitor, &observer, sample.y, lost ? since : 0, sample.y);
+    NAMED(usable_outputs_dt)(&monitor, &observer, sample.y, lost ? since : 0, sample.y);
 #endif
 #ifdef NLO_DRIVEN
     const int want =

@@ -65,7 +65,7 @@ int run() {
         read.value = y[j] == y[j] ? std::optional<double>(y[j]) : std::nullopt;
       }
 #ifdef NLO_MONITOR
-      y = monitor.trusted(y, observer, sample.dt_s);
+      y = monitor.usable_outputs(y, observer, sample.dt_s);
 #endif
 #ifdef NLO_DRIVEN
       model::Observer::Input u{};

@@ -95,7 +95,8 @@ int main() {
 #define U
 #endif
 #ifdef NLO_MONITOR
-      NAMED(trusted_dt)(&monitor, &observer, y, static_cast<NLO_SCALAR>(since) * static_cast<NLO_SCALAR>(1e-6), y);
+      NAMED(usable_outputs_dt)
+      (&monitor, &observer, y, static_cast<NLO_SCALAR>(since) * static_cast<NLO_SCALAR>(1e-6), y);
 #endif
 #ifdef NLO_WHOLE_PERIODS
       const NLO_SCALAR seconds = static_cast<NLO_SCALAR>(since / period) * static_cast<NLO_SCALAR>(NLO_PERIOD);

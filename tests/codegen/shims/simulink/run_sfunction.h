@@ -73,7 +73,7 @@ static void step_both(SimStruct* s, Pair* pair, int k, bool halved) {
   NAMED(replay_sample) sample = NAMED(replay_samples)[k];
   for (int j = 0; j < kNy; ++j) s->input[0].signal[j] = (double)(sample.y[j] = halved ? sample.y[j] / 2 : sample.y[j]);
 #ifdef NLO_MONITOR
-  NAMED(trusted)(&pair->monitor, observer, sample.y, sample.y);
+  NAMED(usable_outputs)(&pair->monitor, observer, sample.y, sample.y);
 #endif
 #ifdef NLO_DRIVEN
   EXPECT(s->inputs == 2 && s->input[1].width == NAMED(NU));
