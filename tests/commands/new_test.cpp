@@ -138,6 +138,26 @@ TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
   EXPECT_EQ(splits.train.outputs[2].expression, "gyro * speed");
 }
 
+TEST(NewLog, WritesTheCellsThatStandForNoValueSoThatTheyLoadAsMissing) {
+  const Scratch scratch;
+  std::string text = "t,gyro,x_true\n";
+  for (int k = 0; k < 300; ++k)
+    text += shortest_text(0.05 * k) + "," +
+            (k % 100 == 7   ? "-9999"
+             : k % 100 == 9 ? "ERR"
+                            : shortest_text(std::sin(0.3 * k))) +
+            "," + shortest_text(std::cos(0.3 * k)) + "\n";
+  scratch.write("a.csv", text);
+  const ProgramResult result = scratch.ok({"new", "log", "a.csv"});
+  EXPECT_THAT(result.out, AllOf(HasSubstr("a.csv:9: \"gyro\" is -9999 there and in 1 % of its rows"),
+                                HasSubstr("delete missing = [\"ERR\", -9999]"), Not(HasSubstr("gyro^2"))));
+  EXPECT_THAT(scratch.read("log.toml"), HasSubstr("missing = [\"ERR\", -9999]"));
+  const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
+  const LogSplits splits = load_log_splits(*e.log, scratch.path());
+  EXPECT_EQ(splits.train.trajectories[0].missing.count(), 6);
+  EXPECT_LT(splits.train.trajectories[0].outputs.cwiseAbs().maxCoeff(), 1.1);
+}
+
 TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
   const Scratch scratch;
   std::string text = "t;\"2nd \"\"gyro\"\"\";\\true\\;while\n";

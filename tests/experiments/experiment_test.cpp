@@ -16,6 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 TEST(Config, ReadsWhatIsWritten) {
@@ -97,6 +98,17 @@ TEST(Config, WindowsOfTheEvaluationReadBackAndAreLeftOutWhenDerived) {
   EXPECT_EQ(read.evaluation.windows[1].to_s, 5.0);
   EXPECT_EQ(parse_experiment(read.source_text, "again").source_text, read.source_text);
   EXPECT_EQ(parse_experiment(kPlantExperiment, "f").source_text.find("[evaluation]"), std::string::npos);
+}
+
+TEST(Config, CellsThatStandForNoValueAreNumbersAndWordsAndReadBack) {
+  const std::string cells = "missing = [-9999, \"ERR\", 3.4e38, \"-0.50\", \"1.7976931348623157e+308\"]\n";
+  const Experiment read = parse_experiment(with(kLogExperiment, "wrap = \"2pi\"", cells + "wrap = \"2pi\""), "e.toml");
+  EXPECT_THAT(read.log->columns[1].missing, ElementsAre("-9999", "ERR", "3.4e+38", "-0.50", "1.7976931348623157e+308"));
+  EXPECT_THAT(read.source_text,
+              HasSubstr("missing = [-9999, \"ERR\", 3.4e+38, \"-0.50\", \"1.7976931348623157e+308\"]\n"));
+  EXPECT_EQ(parse_experiment(read.source_text, "again").source_text, read.source_text);
+  EXPECT_THAT(parse_experiment(kLogExperiment, "e.toml").source_text, Not(HasSubstr("missing")));
+  EXPECT_EQ(parse_experiment(with(kLogExperiment, "[log]\n", "[log]\n" + cells), "e.toml").log->missing.size(), 5U);
 }
 
 TEST(Config, HelpNamesEveryKeyOnce) {

@@ -188,6 +188,30 @@ TEST_F(LogGuess, ReadsEachFileByItsOwnFormatAndLeavesDoubledHeadingsOut) {
                                      HasSubstr("\"x\" is the heading of several columns: none of them is read")));
 }
 
+TEST_F(LogGuess, ProposesCellsThatStandForNoValueAsMissing) {
+  const GuessedLog log = guess("time,y_sensor,z_sensor,motor_cmd,x_true", [](int k) {
+    return row({0.01 * k, k % 50 == 7 ? -9999.0 : std::sin(0.1 * k)}) + "," +
+           (k % 50 == 9 ? "ERR" : shortest_text(std::sin(0.2 * k))) + "," +
+           row({k % 100 < 4 ? 100.0 : std::sin(0.3 * k), std::cos(0.1 * k)});
+  });
+  EXPECT_THAT(column(log, "y_sensor").missing, ElementsAre("-9999"));
+  EXPECT_GT(column(log, "y_sensor").low, -1.1) << "its range is that of the others";
+  EXPECT_THAT(column(log, "z_sensor").missing, ElementsAre("ERR"));
+  EXPECT_EQ(column(log, "z_sensor").role, ColumnRole::kOutput);
+  EXPECT_THAT(column(log, "motor_cmd").missing, IsEmpty()) << "a command at its end stop";
+  EXPECT_THAT(column(log, "x_true").missing, IsEmpty());
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:9: \"y_sensor\" is -9999 there and in 2 % of its rows"),
+                                     HasSubstr("log.csv:11: \"z_sensor\" is \"ERR\" there and in 2 % of its rows")));
+}
+
+TEST_F(LogGuess, TakesAColumnOfWordsForNoNumbers) {
+  const GuessedLog log = guess("time,y_sensor,mode", [](int k) {
+    return row({0.01 * k, std::sin(0.1 * k)}) + (k % 5 == 0 ? ",1" : k % 2 == 0 ? ",idle" : ",run");
+  });
+  EXPECT_THAT(column(log, "mode").why, HasSubstr("its cells are no numbers: \"run\""));
+  EXPECT_THAT(column(log, "mode").missing, IsEmpty());
+}
+
 TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
   const auto unit = [&](double step) {
     return guess("time,y", [step](int k) { return row({step * k, std::sin(0.1 * k)}); }).clock.unit;

@@ -90,11 +90,12 @@ struct ColumnConfig {
   double offset = 0.0;    ///< of every value, in file_unit
   double wrap = 0.0;      ///< full turn of an angle, in its unit; 0: not an angle
   Encoding encoding = Encoding::kUnwrap;
-  std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
-  std::string expression;     ///< an output that is computed of others and of inputs, by their names; empty: a column
-  bool odd = true;            ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
-  double delay_s = 0.0;       ///< of an input: the plant sees it this much later than the column says
-  bool find_delay = false;    ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)
+  std::vector<std::string> missing;  ///< numbers and words in its cells that stand for no value, beside those of [log]
+  std::string derivative_of;         ///< a state that is the derivative of this column (see VelocityFilterConfig)
+  std::string expression;   ///< an output that is computed of others and of inputs, by their names; empty: a column
+  bool odd = true;          ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
+  double delay_s = 0.0;     ///< of an input: the plant sees it this much later than the column says
+  bool find_delay = false;  ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)
 };
 
 /// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.
@@ -106,8 +107,9 @@ struct VelocityFilterConfig {
 
 struct LogConfig {
   std::vector<ColumnConfig> columns;
-  std::string separator = ",";  ///< between cells: "," ";" "tab" "space"
-  std::string decimal = ".";    ///< of numbers: "." ","
+  std::string separator = ",";       ///< between cells: "," ";" "tab" "space"
+  std::string decimal = ".";         ///< of numbers: "." ","
+  std::vector<std::string> missing;  ///< numbers and words in cells that stand for no value, beside the usual words
   VelocityFilterConfig velocity_filter;
   double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps
   int every = 1;                 ///< the observer is given each n-th row; sample_period_s is of those

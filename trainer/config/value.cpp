@@ -262,6 +262,18 @@ std::string show_value(const std::string& field) {
   return toml_text(field);
 }
 
+std::string show_cells(const std::vector<std::string>& cells) {
+  std::string result;
+  for (const std::string& cell : cells) {
+    const auto number = finite_number(cell);
+    // The largest double is a text: read_value() takes it for an overflow.
+    const bool is_bare =
+        number && shortest_text(*number) == cell && std::abs(*number) < std::numeric_limits<double>::max();
+    result += (result.empty() ? "" : ", ") + (is_bare ? cell : show_value(cell));
+  }
+  return "[" + result + "]";
+}
+
 std::string show_value(const NoiseConfig& field) {
   if (field.sensors.size() == 1) return toml_text(format_noise(field));
   std::vector<std::string> each;

@@ -96,6 +96,9 @@ std::string show_parameters(const std::vector<std::pair<std::string, double>>& v
 /// Throws unless it is a list of at most rule.at_most elements.
 const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule);
 
+/// Cells of a log as a list: those that are numbers bare, words in quotes.
+std::string show_cells(const std::vector<std::string>& cells);
+
 template <class T>
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::vector<T>& field) {
   std::vector<T> result;

@@ -194,11 +194,12 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
 }
 
 Eigen::VectorXd CsvTable::column(std::string_view heading) const {
-  return read_column(heading, nullptr);
+  return read_column(heading, nullptr, {});
 }
 
-Eigen::VectorXd CsvTable::column(std::string_view heading, std::vector<Eigen::Index>& missing) const {
-  return read_column(heading, &missing);
+Eigen::VectorXd CsvTable::column(std::string_view heading, std::vector<Eigen::Index>& missing,
+                                 const std::vector<std::string>& words) const {
+  return read_column(heading, &missing, words);
 }
 
 std::vector<std::string_view> CsvTable::cells(std::string_view heading) const {
@@ -239,23 +240,34 @@ Eigen::Index CsvTable::place_of(std::string_view heading) const {
   return found - headings_.begin();
 }
 
-Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
+Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing,
+                                      const std::vector<std::string>& words) const {
+  std::vector<double> numbers;
+  for (const std::string& word : words)
+    if (double number = 0.0; !read_number(word, '.', number)) numbers.push_back(number);
   const Eigen::Index offset = place_of(heading);
   const auto stride = static_cast<Eigen::Index>(headings_.size());
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {
     const std::string_view cell = cells_[static_cast<std::size_t>(row * stride + offset)];
     const auto wrong = read_number(cell, format_.decimal, values[row]);
-    if (!wrong) continue;
-    if (missing != nullptr && is_missing(cell)) {
+    const bool is_listed = wrong ? std::ranges::find(words, trimmed(cell)) != words.end()
+                                 : std::ranges::find(numbers, values[row]) != numbers.end();
+    if (!wrong && !is_listed) continue;
+    if (missing != nullptr && (is_listed || is_missing(cell))) {
       missing->push_back(row);
       values[row] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
     const bool comma = format_.decimal == '.' && std::count(cell.begin(), cell.end(), ',') == 1;
-    throw Error(fmt::format(
-        "{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
-        comma ? "if a comma separates decimals, set decimal = \",\" in [log]" : "correct the row or delete it"));
+    throw Error(
+        fmt::format("{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
+                    comma ? "if a comma separates decimals, set decimal = \",\" in [log]"
+                    : missing != nullptr
+                        ? fmt::format("correct the row or delete it; where it stands for no value, write missing = "
+                                      "[\"{}\"] at the column",
+                                      shown(cell))
+                        : "correct the row or delete it"));
   }
   return values;
 }

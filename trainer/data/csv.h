@@ -48,7 +48,9 @@ class CsvTable {
   Eigen::VectorXd column(std::string_view heading) const;
 
   /// The same, but cells that are empty, -, NaN, NA, null or None are NaN, and their rows, increasing, in `missing`.
-  Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing) const;
+  /// So are cells that are one of `words`, or the same number as one of them.
+  Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing,
+                         const std::vector<std::string>& words = {}) const;
 
   /// The same cells as they stand in the file.
   std::vector<std::string_view> cells(std::string_view heading) const;
@@ -61,7 +63,8 @@ class CsvTable {
 
   Eigen::Index place_of(std::string_view heading) const;
 
-  Eigen::VectorXd read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const;
+  Eigen::VectorXd read_column(std::string_view heading, std::vector<Eigen::Index>* missing,
+                              const std::vector<std::string>& words) const;
 
   std::string file_;
   CsvFormat format_;

@@ -95,6 +95,9 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
     fail_at(column, all,
             "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
   resolved.delay_s = column.delay_s;
+  resolved.missing = column.missing;
+  if (column.role == ColumnRole::kTime && !column.missing.empty())
+    fail_at(column, all, "missing is not of the time, whose wrong stamps are left out: remove it");
   if (column.derivative_of.empty()) {
     if (column.role == ColumnRole::kTime && (column.scale != 1.0 || column.offset != 0.0 || !column.file_unit.empty()))
       fail_at(column, all, "scale, offset and file_unit are not of the time: its unit says what its numbers are");
@@ -113,6 +116,7 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
   resolved.offset = cells.offset;
   resolved.rate = rate_of(column, source, all);
   resolved.heading = heading_of(source);
+  resolved.missing.insert(resolved.missing.end(), source.missing.begin(), source.missing.end());
   resolved.wrap = source.wrap;
   resolved.derivative = true;
   return resolved;

@@ -21,6 +21,8 @@ struct LogColumn {
   double offset = 0.0;
   double rate = 1.0;  ///< of a derivative: its unit in units of the values' per second
 
+  std::vector<std::string> missing = {};  ///< cells that stand for no value
+
   int channels() const { return sincos ? 2 : 1; }
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/data/impossible_values.h"
 #include "trainer/data/log_checks.h"
 #include "trainer/data/log_clock.h"
 #include "trainer/data/log_file.h"
@@ -22,9 +23,10 @@ namespace {
 using codegen::Error;
 using Eigen::Index;
 
-/// A run that is too short is dropped and noted; a log without a gap, or with no run left, is an error.
+/// A run that is too short is dropped and noted; a log without a gap, or with no run left, is an error. `impossible`:
+/// headings of columns whose steps are not judged.
 void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& log, const std::vector<LogRun>& runs,
-               Dataset& data, LogReport& report) {
+               const std::vector<std::string>& impossible, Dataset& data, LogReport& report) {
   std::string first_dropped, why;
   std::size_t dropped = 0;
   bool nominal = true;
@@ -56,6 +58,9 @@ void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& 
                   "{}: unusable, and dropped: {} of its {} runs, the first {} ({}); raise [log] max_gap_s to keep the "
                   "log whole",
                   log.name, dropped, runs.size(), first_dropped, why));
+  std::erase_if(steps, [&](const SuspiciousSteps& each) {
+    return std::ranges::find(impossible, each.column->heading) != impossible.end();
+  });
   note_suspicious_steps(steps, log.name, report.notes);
 }
 
@@ -75,6 +80,16 @@ void thin(Index every, Index phases, Dataset& data) {
     }
   data.trajectories = std::move(thinned_runs);
   data.sample_period_s *= static_cast<double>(every);
+}
+
+/// The columns of the file that are not under `headings`, to be checked further: what is said of a column that holds
+/// impossible values would follow from these.
+LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
+  for (auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
+    std::erase_if(*columns, [&](const LogColumn& column) {
+      return std::ranges::find(headings, column.heading) != headings.end();
+    });
+  return schema;
 }
 
 /// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns.
@@ -105,12 +120,14 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
   }
   const LogRuns runs = split_logs(config, logs, report.notes);
   data.sample_period_s = report.sample_period_s = nominal_period(config, runs);
+  const std::vector<std::string> impossible = note_impossible_values(schema, logs, report.notes);
+  const LogSchema possible = without(schema, impossible);
   const std::string doubt = time_unit_doubt(schema, config, logs);
   if (!doubt.empty()) report.notes.push_back(doubt);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     if (!runs[i].empty()) check_period(logs[i], runs[i].front(), data.sample_period_s, report.notes);
     try {
-      load_runs(config, schema, logs[i], runs[i], data, report);
+      load_runs(config, schema, logs[i], runs[i], impossible, data, report);
     } catch (const Error& error) {
       if (doubt.empty()) throw;
       throw Error(fmt::format("{}; {}", error.what(), doubt));
@@ -118,10 +135,10 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
     report.contents.push_back(content_of(logs[i], listed_headings(schema)));
   }
   count_empty_cells(schema, logs, report.empty_cells);
-  note_outliers(schema, logs, report.notes);
+  note_outliers(possible, logs, report.notes);
   if (decides) {
-    note_suspicious_columns(schema, logs, report.notes);
-    note_logged_velocities(schema, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
+    note_suspicious_columns(possible, logs, report.notes);
+    note_logged_velocities(possible, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
   }
   // One run as it is stamped decides for all: their steps share a table.
   if (!data.uniform)

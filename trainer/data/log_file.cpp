@@ -90,6 +90,15 @@ Index rows_without_values(const LogFile& log, Index first, Index rows) {
   return late;
 }
 
+/// Cells that stand for no value under `heading`, which several columns may read.
+std::vector<std::string> missing_cells(const LogSchema& schema, const std::string& heading) {
+  std::vector<std::string> cells = schema.missing;
+  for (const auto* columns : {&schema.outputs, &schema.states, &schema.inputs, &schema.masks})
+    for (const LogColumn& column : *columns)
+      if (column.heading == heading) cells.insert(cells.end(), column.missing.begin(), column.missing.end());
+  return cells;
+}
+
 }  // namespace
 
 std::vector<std::string> listed_headings(const LogSchema& schema) {
@@ -116,7 +125,7 @@ LogFile read_log(const std::string& path, const LogSchema& schema, double sample
   read_time(table, schema, sample_period_s, log, kept);
   for (const std::string& heading : listed_headings(schema)) {
     std::vector<Index> missing;
-    VectorXd values = table.column(heading, missing);
+    VectorXd values = table.column(heading, missing, missing_cells(schema, heading));
     keep_rows(kept, values, missing);
     log.columns.emplace(heading, std::move(values));
     if (!missing.empty()) log.empty.emplace(heading, std::move(missing));

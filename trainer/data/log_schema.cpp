@@ -34,6 +34,7 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                       : column.scale != 1.0             ? "scale"
                       : column.offset != 0.0            ? "offset"
                       : column.wrap != 0.0              ? "wrap"
+                      : !column.missing.empty()         ? "missing"
                       : column.delay_s != 0.0           ? "delay_s"
                                                         : nullptr;
   if (other != nullptr)
@@ -129,6 +130,7 @@ CsvFormat format_of(const LogConfig& config) {
 LogSchema resolve_columns(const LogConfig& config) {
   LogSchema schema;
   schema.format = format_of(config);
+  schema.missing = config.missing;
   for (const ColumnConfig& column : config.columns) {
     if (!column.expression.empty()) continue;
     const LogColumn resolved = resolve_column(column, config.columns);

@@ -34,6 +34,7 @@ struct AnglePair {
 
 struct LogSchema {
   CsvFormat format;                                ///< of the files
+  std::vector<std::string> missing;                ///< cells that stand for no value in any column
   std::string time_heading;                        ///< empty: no time stamps, rows are sample_period_s apart
   double time_unit_s = 1.0;                        ///< seconds per unit of the time column
   bool has_time_unit = false;                      ///< it was given; else seconds are assumed

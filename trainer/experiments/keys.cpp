@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "codegen/model/activations.h"
+#include "trainer/base/number_text.h"
 #include "trainer/config/value.h"
 #include "trainer/learn/losses/registry.h"
 #include "trainer/learn/optim/optimiser.h"
@@ -26,6 +27,29 @@ template <class Section>
 Key<Section> only_when_given(Key<Section> key) {
   key.only_when_given = true;
   return key;
+}
+
+/// Numbers and words that stand for no value; a text that reads as a number is one.
+template <class Section>
+Key<Section> missing_key(std::string meaning) {
+  return only_when_given<Section>({"missing", "[number or text, ...]", std::move(meaning),
+                                   [](Section& section, const Toml& value, const std::string& where) {
+                                     std::vector<std::string> cells;
+                                     for (const Toml& each : list_of(value, where, any())) {
+                                       const std::string at = fmt::format("{}[{}]", where, cells.size());
+                                       std::string text;
+                                       if (each.is_string()) {
+                                         read_value(each, at, any(), text);
+                                       } else {
+                                         double number = 0.0;
+                                         read_value(each, at, any(), number);
+                                         text = shortest_text(number);
+                                       }
+                                       cells.push_back(std::move(text));
+                                     }
+                                     section.missing = std::move(cells);
+                                   },
+                                   [](const Section& section) { return show_cells(section.missing); }});
 }
 
 /// Full turns, one for each state or output.
@@ -158,6 +182,7 @@ const std::vector<Key<LogConfig>>& keys() {
                           },
                           [](const L& log) { return show_value(log.separator); }}),
       only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "what separates the decimals of a number")),
+      missing_key<L>("numbers and words in cells that stand for no value, of all columns: [-9999, \"ERR\"]"),
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
@@ -180,6 +205,7 @@ const std::vector<Key<ColumnConfig>>& keys() {
               "of the cells, where it is another one of the same kind (cm for m, deg for rad): they convert")),
       only_when_given(key("scale", &C::scale, any(), "value = scale * cell + offset, before file_unit converts")),
       only_when_given(key("offset", &C::offset, any(), "the same")),
+      missing_key<C>("numbers and words in its cells that stand for no value, beside those of [log]: [-9999]"),
       {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
        [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
        [](const C& c) { return show_value(c.wrap); }},

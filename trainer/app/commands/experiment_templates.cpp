@@ -105,6 +105,8 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
   const bool is_open = !column.is_decided && must_choose;
   text += key_line("role", show_value(is_open ? std::string(kChoose) : std::string(to_name(column.role))), column.why);
   if (!column.unit.empty()) text += key_line("unit", show_value(column.unit));
+  if (!column.missing.empty())
+    text += key_line("missing", show_cells(column.missing), "CHECK: unless these are readings");
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
   text += key_line("wrap", turn_text(column.wrap), "it jumps by a full turn");

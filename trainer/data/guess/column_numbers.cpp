@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/data/guess/column_numbers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +10,8 @@
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "trainer/data/csv_records.h"
+#include "trainer/data/impossible_values.h"
 #include "trainer/data/log_stamps.h"
 #include "trainer/data/time_stamps.h"
 
@@ -24,34 +28,84 @@ std::string cell_in(const std::string& message) {
   return from == std::string::npos ? "" : message.substr(from + 1, end - from - 1);
 }
 
+/// Cells of a column that are not numbers.
+struct CellWords {
+  std::vector<std::string> cells;  ///< each once
+  bool are_few = true;             ///< three at most, in less than half of the rows
+  std::string where;               ///< the first, and how often; empty: there is none
+};
+
+CellWords words_in(const std::vector<CsvTable>& tables, const std::string& heading) {
+  constexpr std::size_t kMost = 3;
+  CellWords words;
+  for (std::size_t i = 0; i < tables.size();) {
+    try {
+      std::vector<Index> missing;
+      tables[i].column(heading, missing, words.cells);
+      ++i;
+    } catch (const codegen::Error& error) {
+      words.cells.push_back(cell_in(error.what()));
+      words.are_few = words.cells.size() <= kMost;
+      if (!words.are_few) return words;
+    }
+  }
+  if (words.cells.empty()) return words;
+  Index rows = 0, found = 0;
+  for (const CsvTable& table : tables) {
+    rows += table.rows();
+    const std::vector<std::string_view> cells = table.cells(heading);
+    for (std::size_t row = 0; row < cells.size(); ++row) {
+      if (std::ranges::find(words.cells, trimmed(cells[row])) == words.cells.end()) continue;
+      if (found++ == 0)
+        words.where = fmt::format("{}:{}: \"{}\" is \"{}\" there", table.file(), table.line(static_cast<Index>(row)),
+                                  heading, cells[row]);
+    }
+  }
+  words.are_few = found > 0 && 2 * found < rows;
+  words.where +=
+      fmt::format(" and in {:.2g} % of its rows", 100.0 * static_cast<double>(found) / static_cast<double>(rows));
+  return words;
+}
+
 VectorXd steps_of(const VectorXd& values) {
   return values.tail(values.size() - 1) - values.head(values.size() - 1);
 }
 
 }  // namespace
 
-ColumnNumbers ColumnNumbers::of(const std::vector<CsvTable>& tables, const std::string& heading) {
+ColumnNumbers ColumnNumbers::of(const std::vector<CsvTable>& tables, const std::string& heading, bool is_command) {
   ColumnNumbers numbers;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const CellWords words = words_in(tables, heading);
+  if (!words.are_few) {
+    numbers.is_numeric_ = numbers.increases_ = false;
+    numbers.first_cell_ = words.cells.front();
+    return numbers;
+  }
   for (const CsvTable& table : tables) {
     std::vector<Index> missing;
-    VectorXd values;
-    try {
-      values = table.column(heading, missing);
-    } catch (const codegen::Error& error) {
-      ColumnNumbers none;
-      none.is_numeric_ = none.increases_ = false;
-      none.first_cell_ = cell_in(error.what());
-      return none;
-    }
+    numbers.files_.push_back(table.column(heading, missing, words.cells));
+    const VectorXd& values = numbers.files_.back();
     numbers.increases_ =
         numbers.increases_ && missing.empty() && values.size() > 1 && (steps_of(values).array() > 0.0).all();
+  }
+  const ImpossibleValues impossible =
+      numbers.increases_ ? ImpossibleValues() : impossible_values(numbers.files_, is_command);
+  numbers.missing_ = words.cells;
+  numbers.where_missing_ = words.where;
+  if (!impossible.values.empty()) {
+    const CsvTable& table = tables[impossible.file];
+    numbers.where_missing_ = to_text(impossible, heading, table.file(), table.line(impossible.row));
+    const std::vector<std::string> cells = as_cells(impossible);
+    numbers.missing_.insert(numbers.missing_.end(), cells.begin(), cells.end());
+  }
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (VectorXd& values : numbers.files_) {
     Index kept = 0;
     for (const double value : values)
-      if (std::isfinite(value)) values[kept++] = value;
+      if (std::isfinite(value) && std::ranges::find(impossible.values, value) == impossible.values.end())
+        values[kept++] = value;
     values.conservativeResize(kept);
     if (kept > 0) low = std::min(low, values.minCoeff()), high = std::max(high, values.maxCoeff());
-    numbers.files_.push_back(std::move(values));
   }
   numbers.is_numeric_ = low <= high;
   numbers.increases_ = numbers.increases_ && numbers.is_numeric_;

@@ -12,8 +12,9 @@ namespace nlo::trainer {
 
 class ColumnNumbers {
  public:
-  /// Cells that are empty are left out.
-  static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading);
+  /// Leaves out empty cells and the cells that missing() names: impossible values (impossible_values.h), and up to
+  /// three words where more than half of the cells are numbers.
+  static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading, bool is_command);
 
   /// The stamps of a clock as read_stamps() cleans them, in units of the column (times of day: in seconds), a file for
   /// each run between restarts. `notes`: adds what is wrong with single stamps. Throws codegen::Error where it is no
@@ -23,6 +24,9 @@ class ColumnNumbers {
 
   bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
   const std::string& first_cell() const { return first_cell_; }  ///< of what is no number
+  /// Cells that seem to stand for no value, as the key `missing` has them, and where the first is; empty: none.
+  const std::vector<std::string>& missing() const { return missing_; }
+  const std::string& where_missing() const { return where_missing_; }
   double low() const { return low_; }
   double high() const { return high_; }
 
@@ -46,6 +50,8 @@ class ColumnNumbers {
   bool is_numeric_ = true, increases_ = true, is_text_ = false;
   double low_ = 1.0, high_ = 0.0;
   std::string first_cell_;
+  std::vector<std::string> missing_;
+  std::string where_missing_;
 };
 
 /// The full turn of an angle that jumps back: every step of more than half a turn, one at least, is near a whole one,

@@ -11,6 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/config/value.h"
 #include "trainer/data/clock_text.h"
 #include "trainer/data/csv_format.h"
 #include "trainer/data/guess/column_numbers.h"
@@ -44,7 +45,7 @@ class Guess {
       // A unit below the headings is one in brackets behind its heading.
       if (const std::string unit = tables_.front().unit(heading); !unit.empty())
         parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
-      numbers_.push_back(ColumnNumbers::of(tables_, heading));
+      numbers_.push_back(ColumnNumbers::of(tables_, heading, is_command(parsed_.back())));
     }
     find_clock();
     for (std::size_t i = 0; i < headings_.size(); ++i)
@@ -54,12 +55,27 @@ class Guess {
     for (GuessedColumn& column : log_.columns)
       if (column.why.empty()) column.why = "neither its heading nor its numbers tell";
     derive_velocities();
+    note_missing();
     name_apart();
   }
 
  private:
   bool is_given(const std::vector<std::string>& hints, const GuessedColumn& column) const {
     return std::ranges::any_of(hints, [&](const std::string& h) { return h == column.heading || h == column.name; });
+  }
+
+  bool is_command(const Heading& heading) const {
+    return role_word(heading, headings_).role == ColumnRole::kInput ||
+           std::ranges::any_of(hints_.inputs, [&](const std::string& h) {
+             return h == heading.name || read_heading(h, headings_).name == heading.name;
+           });
+  }
+
+  void note_missing() {
+    for (const GuessedColumn& column : log_.columns)
+      if (!column.missing.empty() && (column.role != ColumnRole::kIgnored || !column.is_decided))
+        log_.notes.push_back(fmt::format("{}: taken for missing; if these are readings, delete missing = {}",
+                                         column.where_missing, show_cells(column.missing)));
   }
 
   void find_clock() {
@@ -114,6 +130,8 @@ class Guess {
     column.unit = parsed_[i].unit;
     column.low = numbers.low();
     column.high = numbers.high();
+    column.missing = numbers.missing();
+    column.where_missing = numbers.where_missing();
     if (!numbers.is_numeric()) {
       column.why = fmt::format("its cells are no numbers: \"{}\"", numbers.first_cell());
       return;

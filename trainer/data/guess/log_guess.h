@@ -20,11 +20,13 @@ struct LogHints {
 struct GuessedColumn {
   std::string heading, name, unit;
   ColumnRole role = ColumnRole::kIgnored;
-  bool is_decided = true;        ///< false: ignored until the user says what it is
-  double wrap = 0.0;             ///< full turn, in its unit; 0: no angle that wraps
-  std::string derivative_of;     ///< a state that is the derivative of this output
-  std::string why;               ///< of the role
-  double low = 0.0, high = 0.0;  ///< of its numbers; low > high: it has none
+  bool is_decided = true;            ///< false: ignored until the user says what it is
+  double wrap = 0.0;                 ///< full turn, in its unit; 0: no angle that wraps
+  std::string derivative_of;         ///< a state that is the derivative of this output
+  std::string why;                   ///< of the role
+  std::vector<std::string> missing;  ///< cells that seem to stand for no value
+  std::string where_missing;         ///< the first of them, and how many there are
+  double low = 0.0, high = 0.0;      ///< of its numbers; low > high: it has none
 };
 
 struct GuessedClock {
