@@ -71,6 +71,7 @@ TrainingResult run_round(const Experiment& experiment, const RunData& data, cons
   options.directory = directory;
   options.resume = rounds.resume;
   options.stop = &stop_on_interrupt();
+  options.facts = rounds.facts;
   if (!rounds.quiet) options.progress = [&](const TrainProgress& progress) { display.update(progress); };
   TrainingResult result = train_with_folds(experiment, data.training, data.validation, options,
                                            [&](const std::string& training) { display.begin(training); });
@@ -99,7 +100,7 @@ TrainingResult run_rounds(const Experiment& experiment, RunData& data, const Run
       fmt::print(stderr, "round {} of {}: {} runs, in the loop of {}\n", round, last, data.training.trajectories.size(),
                  round == 0 ? "the true state" : fmt::format("round {}'s observer", round - 1));
     const bool resume = options.resume && folder.has_begun(round);
-    result = run_round(experiment, data, folder.of_round(round), {resume, options.quiet});
+    result = run_round(experiment, data, folder.of_round(round), {resume, options.quiet, options.facts});
     if (result.outcome == TrainOutcome::kInterrupted || result.outcome == TrainOutcome::kDiverged) break;
   }
   return result;

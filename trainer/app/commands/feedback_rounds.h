@@ -13,6 +13,7 @@ namespace nlo::trainer {
 struct RoundsOptions {
   bool resume = false;  ///< from the checkpoints in the run's folder
   bool quiet = false;   ///< no progress on stderr; warnings are printed all the same
+  KnownFacts facts = {};
 };
 
 /// Trains round by round and returns the last training, which may be interrupted or diverged. `data` is that of round

@@ -14,13 +14,10 @@ namespace nlo::trainer {
 /// equations, or an [excitation] or a [feedback] of any plant.
 std::string ignored_inputs(const Experiment& experiment);
 
-/// Records them.
-void record_ignored_inputs(const Experiment& experiment, codegen::Model& model);
-
 /// One line for stderr about what the provenance says; empty when it says nothing.
 std::string ignored_inputs_note(const codegen::Model& model);
 
-/// Records [[log.columns]] delay_s of inputs that the model reads, in its samples; nothing where none is delayed.
-void record_input_delays(const Experiment& experiment, codegen::Model& model);
+/// How old each input must be in flight, by [[log.columns]] delay_s, in samples; empty where none is delayed.
+std::string input_delay(const LogConfig& log, double sample_period_s);
 
 }  // namespace nlo::trainer

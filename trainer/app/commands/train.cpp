@@ -48,11 +48,16 @@ void require_model(const TrainingResult& result, const std::string& resume_comma
         fmt::format("interrupted in {}; this goes on to the same bytes: {}", result.message, resume_command));
 }
 
-void write_model(const Experiment& experiment, const RunData& data, bool quiet, const RunFolder& folder,
-                 codegen::Model& model) {
-  if (experiment.log) model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
-  record_ignored_inputs(experiment, model);
-  record_input_delays(experiment, model);
+KnownFacts known_facts(const Experiment& experiment, const RunData& data) {
+  KnownFacts facts;
+  facts.ignored_inputs = ignored_inputs(experiment);
+  if (!experiment.log) return facts;
+  facts.input_delay = input_delay(*experiment.log, data.training.sample_period_s);
+  facts.training_logs = to_text(data.remembered);
+  return facts;
+}
+
+void write_model(const codegen::Model& model, bool quiet, const RunFolder& folder) {
   if (!quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
   codegen::write_model(model, folder.path() + "/model.json");
 }
@@ -114,9 +119,10 @@ void carry_out(const DraftExperiment& draft, const TrainArguments& arguments, co
       "nlo train {} -o {} --resume", command_words(arguments.experiment, arguments.data), shell_word(folder.path()));
   run_phase([&] {
     if (run.derived) write_derived(run.experiment, folder);
-    TrainingResult result = run_rounds(run.experiment, run.data, folder, {resume, arguments.quiet});
+    const TrainingResult result =
+        run_rounds(run.experiment, run.data, folder, {resume, arguments.quiet, known_facts(run.experiment, run.data)});
     require_model(result, resume_command);
-    write_model(run.experiment, run.data, arguments.quiet, folder, result.model);
+    write_model(result.model, arguments.quiet, folder);
     require_end(result, run.experiment.training.steps, folder, resume_command);
     const RunReport report = judge(run.experiment, run.data, result);
     write_end(result, report, identity, folder);

@@ -53,20 +53,20 @@ std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_h
   return fingerprint(identity.data(), identity.size(), data_hash);
 }
 
-void note_provenance(const Experiment& experiment, const Dataset& dataset, std::uint64_t data_hash,
-                     const TrainingState& state, double validation_rmse, codegen::Model& model) {
+std::vector<std::pair<std::string, std::string>> run_facts(const Experiment& experiment, const Dataset& dataset,
+                                                           std::uint64_t data_hash, const TrainingState& state,
+                                                           double validation_rmse) {
   double time_s = 0.0;
   for (const Trajectory& trajectory : dataset.trajectories) {
     time_s += trajectory.time_s(trajectory.samples() - 1) - trajectory.time_s(0);
   }
-  model.provenance = {{"nlo", kVersion},
-                      {"seed", std::to_string(experiment.seed)},
-                      {"data", std::to_string(dataset.trajectories.size()) + " trajectories, " +
-                                   shortest_text(std::round(time_s)) + " s"},
-                      {"data_hash", hex_text(data_hash)},
-                      {"steps", std::to_string(state.step)},
-                      {"validation_rmse", shortest_text(validation_rmse)},
-                      {"config", experiment.source_text}};
+  return {{"nlo", kVersion},
+          {"seed", std::to_string(experiment.seed)},
+          {"data",
+           std::to_string(dataset.trajectories.size()) + " trajectories, " + shortest_text(std::round(time_s)) + " s"},
+          {"data_hash", hex_text(data_hash)},
+          {"steps", std::to_string(state.step)},
+          {"validation_rmse", shortest_text(validation_rmse)}};
 }
 
 }  // namespace nlo::trainer

@@ -4,8 +4,9 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/learn/training/checkpoint.h"
@@ -25,8 +26,12 @@ std::string hex_text(std::uint64_t value);
 /// else makes it another run.
 std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_hash);
 
-/// Writes where the model comes from: version, seed, data, steps, error and the experiment's text.
-void note_provenance(const Experiment& experiment, const Dataset& dataset, std::uint64_t data_hash,
-                     const TrainingState& state, double validation_rmse, codegen::Model& model);
+/// Name of the fact about inputs that the observer is not given.
+inline constexpr const char* kIgnoredInputsFact = "ignored_inputs";
+
+/// Where a model comes from: version, seed, data, steps and error; name and text of each.
+std::vector<std::pair<std::string, std::string>> run_facts(const Experiment& experiment, const Dataset& dataset,
+                                                           std::uint64_t data_hash, const TrainingState& state,
+                                                           double validation_rmse);
 
 }  // namespace nlo::trainer

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
-// What ships of a trained T*: for each state the map as it was trained, a linear row, or a blend of both,
-//   x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
-// whichever has the least error on logs that were left out of trainings like this one (left_out.h), or else on training
-// data or on validation data, whatever is worse. The row is fitted when training has ended, on the features as they are
-// then. So an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
+// What the estimate of a state reads in the model that ships (shipped_model.h chooses it), and its errors beside those
+// of what it might read.
 #pragma once
 
 #include <limits>
 #include <string>
 #include <vector>
-
-#include "codegen/model/model.h"
-#include "trainer/rollout/rollout.h"
 
 namespace nlo::trainer {
 
@@ -45,21 +39,6 @@ struct StateSquares {
   double best_share(std::size_t candidate) const;
 };
 using SetSquares = std::vector<StateSquares>;  ///< of each state
-
-/// Of a model whose rows are fitted on `training`, on data that training has not seen. Empty: no truth counts there.
-SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
-
-/// Chooses for each state, and writes it into the model's T*. A row may read outputs and inputs that T* does not;
-/// angles it reads only as T* does.
-///   flight       training data as flown with the model's parameters: rows are fitted on it
-///   validation   whole validation runs, with noise
-///   keep_hidden  T* keeps its hidden layers though no state uses them (the error head reads the last one)
-///   left_out     left_out_squares() of each group that was left out of a training; these choose. Empty: flight and
-///                validation do, each candidate by the set on which it is worse: validation logs alone may be easier
-///                than what was trained on, and then a row wins there that loses wherever it is harder
-/// Where z is the estimate the model stays as it is, and the errors are told all the same.
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden,
-                       const std::vector<SetSquares>& left_out = {});
 
 /// "network", "linear row", or the share of the network: "0.35 network".
 std::string share_text(double share);

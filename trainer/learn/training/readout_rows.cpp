@@ -133,4 +133,32 @@ SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, cons
   return result;
 }
 
+SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out) {
+  const SampledTruth fitted = sample_truth(model, training, kReadoutSamples),
+                     judged = sample_truth(model, left_out, kReadoutSamples);
+  if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
+  const RowInputs inputs(model, fitted);
+  return squares_of(model, inputs, row_candidates(model, inputs, fitted), judged);
+}
+
+void write_readout(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const MatrixXd& rows,
+                   bool reads_more, bool keep_hidden) {
+  if (reads_more) inputs.extend(map);
+  const Index columns = map.features.rows();
+  codegen::DenseLayer& last = map.layers.back();
+  if (map.skip.size() == 0) map.skip = MatrixXd::Zero(shares.size(), columns);
+  for (Index i = 0; i < shares.size(); ++i) {
+    const double share = shares(i), scale = map.output_scale(i);
+    if (share == 1.0) continue;
+    last.weights.row(i) *= share;
+    last.bias(i) = share * last.bias(i) + (1.0 - share) * (rows(i, 0) - map.output_mean(i)) / scale;
+    map.skip.row(i) = share * map.skip.row(i) + (1.0 - share) / scale * rows.row(i).segment(1, columns);
+  }
+  if (shares.isZero(0.0) && !keep_hidden && map.layers.size() > 1) {
+    map.layers = {codegen::DenseLayer{map.skip, last.bias}};
+    map.skip.resize(0, 0);
+    map.largest_activations.clear();
+  }
+}
+
 }  // namespace nlo::trainer

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear rows that may ship in place of T*, and their errors beside its own:
-// what choose_readout() (readout.h) chooses from.
+// Linear rows that may ship in place of T*, and their errors beside its own: what shipped_model.cpp chooses from.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +8,7 @@
 
 #include "codegen/model/model.h"
 #include "trainer/learn/training/readout.h"
+#include "trainer/rollout/rollout.h"
 #include "trainer/rollout/sampled_truth.h"
 
 namespace nlo::trainer {
@@ -52,5 +52,17 @@ inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 /// Of T* and of every candidate, on the samples of one set.
 SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
                       const SampledTruth& samples);
+
+/// Samples of a set that rows are fitted on and judged by.
+inline constexpr Eigen::Index kReadoutSamples = 150000;
+
+/// The same on data that training has not seen, by rows that are fitted on `training`. Empty if no truth counts there.
+SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
+
+/// Writes what was chosen into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.
+///   reads_more   a row reads more than the features of T*
+///   keep_hidden  T* keeps its hidden layers though no state uses them
+void write_readout(codegen::Network& map, const RowInputs& inputs, const Eigen::VectorXd& shares,
+                   const Eigen::MatrixXd& rows, bool reads_more, bool keep_hidden);
 
 }  // namespace nlo::trainer

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: MIT
-// What ships of a training: the model at its best step, with what its states read chosen (readout.h), its facts, and an
-// error head where it has one.
+// Decides what ships of a training, in this order:
+//   1. the parameters: those of the lowest validation error of all steps
+//   2. what each state reads: T* as trained, a linear row, or a blend of both,
+//        x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
+//      whichever has the least error on logs that were left out of trainings like this one (left_out.h), or else on
+//      training data or on validation data, whatever is worse. The row is fitted on the features as they are then. So
+//      an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
+//   3. the facts of its provenance
+//   4. an error head, where the experiment asks for one
 #pragma once
 
 #include <cstdint>
@@ -34,7 +41,9 @@ struct ShippedModel {
 
 bool selects_readout(const Experiment& experiment);
 
-/// `objective`: on the training data; `validator`: on the validation data.
+/// `objective`: on the training data; `validator`: on the validation data. A row may read outputs and inputs that T*
+/// does not; angles it reads only as T* does. Where z is the estimate, every state keeps it, and the errors of the rows
+/// are told all the same.
 ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Objective& validator, ThreadPool& pool);
 
 }  // namespace nlo::trainer

@@ -31,6 +31,13 @@ struct LeftOutGroup {
   ErrorScores scores;  ///< of what ships, where it has an error head
 };
 
+/// Facts for the provenance of what ships that only the caller knows; an empty text is left out.
+struct KnownFacts {
+  std::string ignored_inputs;  ///< names of the plant's inputs that the observer is not given
+  std::string input_delay;     ///< age of each input in flight; recorded if the model reads inputs
+  std::string training_logs;   ///< TrainingLogs as text
+};
+
 struct TrainOptions {
   std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
   bool resume = false;    ///< go on from the directory's checkpoint
@@ -38,8 +45,9 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
   std::vector<Dataset> left_out = {};
-  /// What such trainings have told: it chooses what ships (choose_readout()), and sets the size of its error head.
+  /// What such trainings have told: it chooses what ships (shipped_model.h), and sets the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
+  KnownFacts facts = {};
 };
 
 enum class TrainOutcome {
