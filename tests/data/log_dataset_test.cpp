@@ -140,8 +140,7 @@ TEST_F(LogDataset, NotesAnAngleThatWasNotDeclared) {
   EXPECT_TRUE(report_.notes.empty());  // control
   config.columns[1].wrap = 0.0;
   load(config, log_.csv());
-  EXPECT_THAT(report_.notes,
-              ElementsAre(AllOf(HasSubstr("\"phi\" jumps by more than half a turn"), HasSubstr("give its wrap"))));
+  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("\"phi\" jumps from 3."), HasSubstr("write wrap = \"2pi\""))));
 }
 
 TEST_F(LogDataset, RefusesLogsThatAreTooShort) {

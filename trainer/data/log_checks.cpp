@@ -31,10 +31,6 @@ bool is_degrees(const std::string& unit) {
   return unit == "deg" || unit == "°";
 }
 
-double half_turn_in(const std::string& unit) {
-  return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;
-}
-
 /// What a column does over all logs.
 struct Spread {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -182,17 +178,11 @@ void count_suspicious_steps(const LogColumn& column, const VectorXd& values, std
   auto entry = std::find_if(found.begin(), found.end(), [&](const auto& steps) { return steps.column == &column; });
   if (entry == found.end()) entry = found.insert(found.end(), {&column});
   const auto steps = (values.tail(values.size() - 1) - values.head(values.size() - 1)).array().abs();
-  if (const double half_turn = half_turn_in(column.unit); column.wrap == 0.0 && !column.derivative && half_turn > 0.0)
-    entry->jumps += (steps > half_turn).count();
   if (column.wrap > 0.0) entry->wide += (steps > column.wrap / 3.0).count();
 }
 
 void note_suspicious_steps(const std::vector<SuspiciousSteps>& found, const std::string& file, Notes& notes) {
   for (const SuspiciousSteps& steps : found) {
-    if (steps.jumps > 0)
-      note_once(notes,
-                fmt::format("{}: \"{}\" jumps by more than half a turn {} times: an angle that wraps? give its wrap",
-                            file, steps.column->heading, steps.jumps));
     if (steps.wide > 0)
       note_once(notes,
                 fmt::format("{}: \"{}\" turns by more than a third of a turn between samples {} times: unwrapping is "

@@ -14,15 +14,14 @@ namespace nlo::trainer {
 /// Steps of a column, over the runs of one file.
 struct SuspiciousSteps {
   const LogColumn* column = nullptr;
-  Eigen::Index jumps = 0;  ///< by more than half a turn, of an angle without a wrap
-  Eigen::Index wide = 0;   ///< by more than a third of a turn, of one with a wrap
+  Eigen::Index wide = 0;  ///< by more than a third of a turn, of an angle with a wrap
 };
 
 /// Adds the steps of `values`, which are of one run, unwrapped.
 void count_suspicious_steps(const LogColumn& column, const Eigen::VectorXd& values,
                             std::vector<SuspiciousSteps>& found);
 
-/// An angle that jumps and has no wrap; one that turns too fast to be unwrapped.
+/// An angle that turns too fast to be unwrapped.
 void note_suspicious_steps(const std::vector<SuspiciousSteps>& found, const std::string& file,
                            std::vector<std::string>& notes);
 

@@ -12,6 +12,7 @@
 #include "trainer/data/log_clock.h"
 #include "trainer/data/log_file.h"
 #include "trainer/data/log_files.h"
+#include "trainer/data/log_jumps.h"
 #include "trainer/data/log_outliers.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/logged_velocity.h"
@@ -135,6 +136,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
     report.contents.push_back(content_of(logs[i], listed_headings(schema)));
   }
   count_empty_cells(schema, logs, report.empty_cells);
+  note_jumps(possible, logs, runs, report.notes);
   note_outliers(possible, logs, report.notes);
   if (decides) {
     note_suspicious_columns(possible, logs, report.notes);
