@@ -65,19 +65,17 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   return result;
 }
 
-ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate) {
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, std::optional<codegen::Gate> gate) {
   auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-  const bool widens = model.error && model.monitor;
-  const auto watched = behind_gate || widens ? std::make_shared<const codegen::Model>(model) : nullptr;
-  const codegen::Gate gate = behind_gate ? codegen::Gate::kUsed : codegen::Gate::kNotUsed;
+  const auto watched = gate ? std::make_shared<const codegen::Model>(model) : nullptr;
   const Eigen::Index nu = model.nu();
   return [watched, observer, uniform_steps, nu, gate](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                                       const Eigen::VectorXd& time_s) {
     const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
     const Eigen::MatrixXd& given = nu > 0 && inputs.size() > 0 ? inputs : none;
-    if (!watched) return observer->run(outputs, given, time_s, uniform_steps);
+    if (!gate) return observer->run(outputs, given, time_s, uniform_steps);
     const Eigen::VectorXd stamps = uniform_steps ? Eigen::VectorXd() : time_s;
-    return codegen::watched_run(*watched, *watched->monitor, outputs, given, stamps, gate).run;
+    return codegen::watched_run(*watched, *watched->monitor, outputs, given, stamps, *gate).run;
   };
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "codegen/model/model.h"
+#include "codegen/replay/reference_monitor.h"
 #include "trainer/base/noise.h"
 #include "trainer/data/dataset.h"
 #include "trainer/judge/evaluation/closed_loop.h"
@@ -79,11 +80,11 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 
 /// A model's whole answer over one run, in float, as it flies; arguments as those of an Estimator. A model without
 /// phi(z) u (25) has no use for the inputs. Not for two threads at once.
-///   behind_gate  outputs pass the gate of the model's monitor, which it must have
-/// With an error head and a monitor the run also has widened_sigma.
+///   gate  if given, the model's monitor (which it must have) watches each step, and the run of a model with an error
+///         head also has widened_sigma; kUsed: outputs pass the monitor's gate
 using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                                const Eigen::VectorXd& time_s)>;
-ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate = false);
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, std::optional<codegen::Gate> gate = {});
 
 /// Every step of the data is the model's own sample period: time stamps need not be asked.
 bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
@@ -91,7 +92,7 @@ bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
 /// Adds what a run says of the model's domain.
 void count_domain(const codegen::Run& run, DomainShare& share);
 
-/// What observer_run() says.
+/// Estimates by observer_run().
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
 
 /// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.

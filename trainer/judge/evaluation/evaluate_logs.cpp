@@ -214,7 +214,12 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   };
 
   // One pass of the observer gives its estimates and, kept for later, what the linear readout reads.
-  const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model), flight.behind_gate);
+  std::optional<codegen::Gate> gate;
+  if (flight.behind_gate)
+    gate = codegen::Gate::kUsed;
+  else if (model.error && model.monitor)
+    gate = codegen::Gate::kNotUsed;  // for the widened intervals
+  const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model), gate);
   std::vector<codegen::Run> runs;
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s, config);

@@ -57,8 +57,8 @@ struct LogEvaluation {
   Unscored unscored;
   std::vector<std::string> unscored_states = {};  ///< of the model, that the logs have no truth of
   DomainShare domain;
-  std::optional<Coverage> coverage = {};          ///< of a model with an error head
-  std::optional<Coverage> widened_coverage = {};  ///< of the intervals that its monitor has widened, with a monitor
+  std::optional<Coverage> coverage = {};          ///< intervals of a model with an error head
+  std::optional<Coverage> widened_coverage = {};  ///< the same intervals, widened by the monitor
   NoiseConfig noise;                              ///< added to the logged outputs
   std::vector<std::string> missing = {};          ///< outputs that were taken away, and how
   bool behind_gate = false;                       ///< outputs passed the gate of the model's monitor
