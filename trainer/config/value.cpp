@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "codegen/base/error.h"
 #include "codegen/base/identifier.h"
@@ -15,6 +16,8 @@
 
 namespace nlo::trainer {
 namespace {
+
+constexpr double kTurnRad = 2.0 * std::numbers::pi;
 
 std::string shown(const Toml& value) {
   constexpr std::size_t kLongest = 60;
@@ -201,9 +204,13 @@ void read_value(const Toml& value, const std::string& where, const Rule&, Evalua
   field = window;
 }
 
+std::string show_wrap(double wrap) {
+  return std::abs(wrap - kTurnRad) < 1e-12 ? "\"2pi\"" : shortest_text(wrap);
+}
+
 void read_wrap(const Toml& value, const std::string& where, double& field) {
   if (value.is_string() && value.as_string().str == "2pi") {
-    field = 6.283185307179586;
+    field = kTurnRad;
   } else if (value.is_string() && value.as_string().str == "360deg") {
     field = 360.0;
   } else if (value.is_string()) {

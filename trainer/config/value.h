@@ -76,6 +76,9 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, E
   field = from_name<E>(name).value();
 }
 
+/// Full turn of an angle as it is written in an experiment: "2pi" with its quotes, or a number.
+std::string show_wrap(double wrap);
+
 /// An angle's full turn: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
 

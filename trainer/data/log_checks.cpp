@@ -13,6 +13,7 @@
 
 #include "trainer/data/log_report.h"
 #include "trainer/data/time_stamps.h"
+#include "trainer/data/units.h"
 
 namespace nlo::trainer {
 namespace {
@@ -26,10 +27,6 @@ constexpr double kTurnRad = 2.0 * std::numbers::pi, kTurnDeg = 360.0;
 /// Two columns are copies when a line through one leaves less than this share of the other's deviation: printing with
 /// three or more digits does, a second sensor of the same quantity does not.
 constexpr double kCopy = 1e-3;
-
-bool is_degrees(const std::string& unit) {
-  return unit == "deg" || unit == "°";
-}
 
 /// What a column does over all logs.
 struct Spread {

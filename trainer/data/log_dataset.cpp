@@ -24,6 +24,10 @@ namespace {
 using codegen::Error;
 using Eigen::Index;
 
+bool is_under(const std::vector<std::string>& headings, const LogColumn& column) {
+  return std::ranges::find(headings, column.heading) != headings.end();
+}
+
 /// A run that is too short is dropped and noted; a log without a gap, or with no run left, is an error. `impossible`:
 /// headings of columns whose steps are not judged.
 void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& log, const std::vector<LogRun>& runs,
@@ -59,9 +63,7 @@ void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& 
                   "{}: unusable, and dropped: {} of its {} runs, the first {} ({}); raise [log] max_gap_s to keep the "
                   "log whole",
                   log.name, dropped, runs.size(), first_dropped, why));
-  std::erase_if(steps, [&](const SuspiciousSteps& each) {
-    return std::ranges::find(impossible, each.column->heading) != impossible.end();
-  });
+  std::erase_if(steps, [&](const SuspiciousSteps& each) { return is_under(impossible, *each.column); });
   note_suspicious_steps(steps, log.name, report.notes);
 }
 
@@ -87,9 +89,7 @@ void thin(Index every, Index phases, Dataset& data) {
 /// impossible values would follow from these.
 LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   for (auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
-    std::erase_if(*columns, [&](const LogColumn& column) {
-      return std::ranges::find(headings, column.heading) != headings.end();
-    });
+    std::erase_if(*columns, [&](const LogColumn& column) { return is_under(headings, column); });
   return schema;
 }
 

@@ -14,8 +14,8 @@
 #include <set>
 #include <string_view>
 
-#include "trainer/base/number_text.h"
 #include "trainer/base/quantile.h"
+#include "trainer/config/value.h"
 #include "trainer/data/units.h"
 
 namespace nlo::trainer {
@@ -38,7 +38,7 @@ struct Signal {
 struct Samples {
   std::vector<const LogFile*> files;
   std::vector<Index> rows;     ///< in its file
-  std::vector<bool> is_first;  ///< of its run: what comes before it is another run
+  std::vector<bool> is_first;  ///< first of its run: the sample before is of another run
 
   std::string place(Index k) const {
     const auto at = static_cast<std::size_t>(k);
@@ -92,7 +92,7 @@ bool has_many_sizes(const VectorXd& sizes) {
   return value_at_rank(values, 0.95) - value_at_rank(values, 0.05) > kSpread * value_at_rank(values, 0.5);
 }
 
-/// Of the jumps of a column, nearly all must be of the kind that is looked for.
+/// Nearly all jumps of a column must be of the kind that is looked for.
 bool are_most(std::size_t found, std::size_t jumps) {
   constexpr double kMost = 0.8;
   return static_cast<double>(found) >= kMost * static_cast<double>(jumps);
@@ -117,11 +117,7 @@ std::string how_many(std::size_t rows) {
 // Angles.
 
 double half_turn_in(const std::string& unit) {
-  return unit == "rad" ? std::numbers::pi : unit == "deg" || unit == "°" ? 180.0 : 0.0;
-}
-
-std::string turn_text(double turn) {
-  return std::abs(turn - 2.0 * std::numbers::pi) < 1e-9 ? "\"2pi\"" : shortest_text(turn);
+  return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;
 }
 
 /// The full turn that the jumps are as large as: a usual one; of whole numbers any. A ball's velocity jumps from end to
@@ -178,17 +174,15 @@ std::optional<Wraps> wraps_by_motion(const Samples& samples, const Signal& signa
   return wraps;
 }
 
-/// Whether the column is an angle that wraps.
-bool note_wraps(const Samples& samples, const Signal& signal, Notes& notes) {
+void note_wraps(const Samples& samples, const Signal& signal, Notes& notes) {
   const double half_turn = half_turn_in(signal.column->unit);
   const auto wraps = half_turn > 0.0 ? wraps_by_unit(samples, signal, half_turn) : wraps_by_motion(samples, signal);
-  if (!wraps) return false;
+  if (!wraps) return;
   notes.push_back(fmt::format(
       "{}: \"{}\" jumps from {:.4g} to {:.4g}{}: {} that wraps? write wrap = {} and encoding = \"sincos\" at the "
       "column",
       samples.place(wraps->first), signal.column->heading, signal.x[wraps->first - 1], signal.x[wraps->first],
-      how_many(wraps->rows), half_turn > 0.0 ? "an angle" : "an angle or a counter", turn_text(wraps->turn)));
-  return true;
+      how_many(wraps->rows), half_turn > 0.0 ? "an angle" : "an angle or a counter", show_wrap(wraps->turn)));
 }
 
 // Jumps of several columns in one row.
@@ -196,10 +190,14 @@ bool note_wraps(const Samples& samples, const Signal& signal, Notes& notes) {
 struct Jumps {
   Index row = 0;
   std::vector<std::size_t> signals;
+
+  bool are_of(const std::vector<bool>& chosen) const {
+    return std::ranges::any_of(signals, [&](std::size_t i) { return chosen[i]; });
+  }
 };
 
 std::vector<Jumps> jumps_of(const Samples& samples, const std::vector<Signal>& signals) {
-  constexpr double kJump = 0.1;  // of the range
+  constexpr double kJump = 0.1;  // share of the range
   std::vector<Jumps> jumps;
   for (Index k = 1; k < samples.size(); ++k) {
     if (!samples.follows(k)) continue;
@@ -276,10 +274,8 @@ void note_quaternions(const Samples& samples, const std::vector<Signal>& signals
   if (found.empty()) return;
   std::size_t rows = 0;
   Index first = 0;
-  for (const Jumps& here : jumps) {
-    const bool is_here = std::ranges::any_of(here.signals, [&](std::size_t i) { return is_found[i]; });
-    if (is_here && is_flip(here) && rows++ == 0) first = here.row;
-  }
+  for (const Jumps& here : jumps)
+    if (here.are_of(is_found) && is_flip(here) && rows++ == 0) first = here.row;
   const Signal& signal = *found.front();
   notes.push_back(
       fmt::format("{}: {} {} the sign, {:.3g} to {:.3g}{}: a quaternion, whose q and -q are one attitude? take "
@@ -329,10 +325,8 @@ void note_changed_places(const Samples& samples, const std::vector<Signal>& sign
   for (std::size_t i = 0; i < signals.size(); ++i) is_explained[i] = is_explained[i] || is_found[i];
   std::size_t rows = 0;
   Index first = 0;
-  for (const Jumps& here : jumps) {
-    const bool is_here = std::ranges::any_of(here.signals, [&](std::size_t i) { return is_found[i]; });
-    if (is_here && is_change(here) && rows++ == 0) first = here.row;
-  }
+  for (const Jumps& here : jumps)
+    if (here.are_of(is_found) && is_change(here) && rows++ == 0) first = here.row;
   notes.push_back(
       fmt::format("{}: {} change places{}: a list whose order changes, as in a JointState? write each value under its "
                   "own name in the log",

@@ -237,6 +237,10 @@ std::span<const Unit> unit_table() {
   return kUnits;
 }
 
+bool is_degrees(std::string_view unit) {
+  return unit == "deg" || unit == "\u00b0";
+}
+
 const Unit* find_unit(std::string_view name) {
   const auto found = std::ranges::find(kUnits, name, &Unit::name);
   return found == std::end(kUnits) ? nullptr : found;

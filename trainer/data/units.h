@@ -20,6 +20,9 @@ struct Unit {
 
 std::span<const Unit> unit_table();
 
+/// Whether `unit` is "deg" or the degree sign.
+bool is_degrees(std::string_view unit);
+
 /// Null when the table has no such name; upper and lower case differ (mPa, MPa).
 const Unit* find_unit(std::string_view name);
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "trainer/base/number_text.h"
 #include "trainer/config/value.h"
@@ -82,10 +81,6 @@ std::string key_line(const std::string& key, const std::string& value, const std
   return comment.empty() ? line + "\n" : fmt::format("{:<30}  # {}\n", line, one_line(comment));
 }
 
-std::string turn_text(double wrap) {
-  return std::abs(wrap - 2.0 * std::numbers::pi) < 1e-12 ? "\"2pi\"" : shortest_text(wrap);
-}
-
 std::string range_text(const GuessedColumn& column) {
   if (column.low > column.high) return "";
   return fmt::format("{} to {}{}{}", significant(column.low), significant(column.high), column.unit.empty() ? "" : " ",
@@ -109,7 +104,7 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
     text += key_line("missing", show_cells(column.missing), "CHECK: unless these are readings");
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
-  text += key_line("wrap", turn_text(column.wrap), "it jumps by a full turn");
+  text += key_line("wrap", show_wrap(column.wrap), "it jumps by a full turn");
   if (column.role != ColumnRole::kInput)
     text += key_line("encoding", "\"sincos\"", "an angle without jumps: sine and cosine");
   return text;
