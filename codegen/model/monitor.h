@@ -10,10 +10,12 @@
 namespace nlo::codegen {
 
 struct Monitor {
-  Eigen::MatrixXd prediction;      ///< P, n_y x (n_z + n_r + n_x): change of y over a sample from [z - S y; y; x_hat]
-  Eigen::VectorXd offset;          ///< c, n_y
-  Eigen::VectorXd deviation;       ///< of the innovation when z is at its mean, n_y, in the units of the outputs
-  Eigen::VectorXd least_variance;  ///< n_y
+  /// P, n_y x (n_z + n_r + n_x): change of y over a sample from [z - S y; y; x_hat].
+  Eigen::MatrixXd prediction;
+  Eigen::VectorXd offset;  ///< c, n_y
+  /// Standard deviation of the innovation when z is at its mean, n_y, in the units of the outputs.
+  Eigen::VectorXd deviation;
+  Eigen::VectorXd least_variance;                                 ///< n_y
   Eigen::VectorXd latent_mean, latent_deviation;                  ///< n_z, of z - S y
   Eigen::VectorXd windows_s;                                      ///< time constants of the averages
   Eigen::MatrixXd mean_limit, variance_limit, correlation_limit;  ///< n_y x windows

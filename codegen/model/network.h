@@ -14,7 +14,7 @@ struct Channel {
   std::string name;             ///< an identifier
   std::string unit;             ///< "rad/s"; empty when dimensionless or unknown
   double wrap = 0.0;            ///< full turn of an angle in the channel's unit (2 pi for rad); 0: not an angle
-  std::string expression = {};  ///< of a computed output (expression.h); empty: measured
+  std::string expression = {};  ///< formula of a computed output (expression.h); empty: measured
 };
 
 /// One layer: a = W u + b.

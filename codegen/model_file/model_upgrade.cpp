@@ -38,7 +38,7 @@ void from_1(Json& file) {
 
 void upgrade(nlohmann::ordered_json& file, int version) {
   if (version < 2) from_1(file);
-  // The name of version 0.3 for reference_sensor.
+  // reference_sensor was called witness up to version 0.3.
   if (file.contains("monitor") && file["monitor"].is_object() && file["monitor"].contains("witness")) {
     Json& monitor = file["monitor"];
     monitor["reference_sensor"] = std::move(monitor["witness"]);

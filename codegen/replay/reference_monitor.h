@@ -42,9 +42,8 @@ class ReferenceMonitor {
   Eigen::VectorXd widened(const Eigen::VectorXd& sigma) const;
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
-  Eigen::Index rejected() const {
-    return all_rejected_;
-  }  ///< measurements that usable_outputs() kept away since reset()
+  /// Measurements that usable_outputs() kept away since reset().
+  Eigen::Index rejected() const { return all_rejected_; }
 
   /// Of a model with these limits, what an entry of levels() tells of.
   static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);

@@ -94,7 +94,7 @@ struct ColumnConfig {
   std::string derivative_of;         ///< a state that is the derivative of this column (see VelocityFilterConfig)
   std::string expression;   ///< an output that is computed of others and of inputs, by their names; empty: a column
   bool odd = true;          ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
-  double delay_s = 0.0;     ///< of an input: the plant sees it this much later than the column says
+  double delay_s = 0.0;     ///< the plant sees an input this much later than the column says
   bool find_delay = false;  ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)
 };
 
@@ -108,7 +108,7 @@ struct VelocityFilterConfig {
 struct LogConfig {
   std::vector<ColumnConfig> columns;
   std::string separator = ",";       ///< between cells: "," ";" "tab" "space"
-  std::string decimal = ".";         ///< of numbers: "." ","
+  std::string decimal = ".";         ///< decimal mark of numbers: "." ","
   std::vector<std::string> missing;  ///< numbers and words in cells that stand for no value, beside the usual words
   VelocityFilterConfig velocity_filter;
   double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps

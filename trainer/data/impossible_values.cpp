@@ -37,7 +37,8 @@ bool is_nines(double value) {
   return false;
 }
 
-/// What a converter or an integer of 16 or 32 bits reads at its end, the latter in tenths to thousandths too; 9999.
+/// Whether `value` is the end of the range of a converter or of an integer of 16 or 32 bits, the latter also in tenths
+/// to thousandths; or a number such as 9999.
 bool is_end(double value) {
   constexpr auto kEnds = std::to_array<double>({999, 9999, 99999, 999999, 1023, 2047, 4095, 8191, 16383, -2048, -8192});
   constexpr auto kIntegers =

@@ -20,5 +20,5 @@ extern float call_y[16], call_u[16], call_dt_s;
 void call_step();
 void call_step_dt();
 void call_estimate();
-void call_usable_outputs();  ///< of the monitor, before a step
-void call_watch();           ///< after it, with the last estimate
+void call_usable_outputs();  ///< calls the monitor before a step
+void call_watch();           ///< calls the monitor after a step, with the last estimate

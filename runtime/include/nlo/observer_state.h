@@ -16,7 +16,7 @@ struct ObserverState {
   Scalar z[kNz];
   Scalar y[kNy];                                         ///< last good readings
   [[no_unique_address]] InputMemory<Scalar, kNu> input;  ///< last good inputs that are no readings
-  ChannelHealth health[kNy + kNu];                       ///< of each reading, then of each such input
+  ChannelHealth health[kNy + kNu];                       ///< health of each reading, then of each such input
   StepStatus status;
   std::uint8_t started;  ///< 1 after the first measurement; not a bool, because storage may return any byte
 };

@@ -80,7 +80,7 @@ void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
     fmt::print("tried    {0}/auto.html\nfound    {0}/experiment.toml, which is trained now\n", folder.path());
   });
   arguments.experiment = {folder.path() + "/experiment.toml", {}, {}, arguments.experiment.threads};
-  arguments.resume = has_checkpoint(folder.path());  // of what was found, if its training was interrupted
+  arguments.resume = has_checkpoint(folder.path());  // true if a training was interrupted
   carry_out(draft_to_train(arguments), arguments, folder);
 }
 

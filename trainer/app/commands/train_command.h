@@ -23,7 +23,8 @@ void run_train(const TrainArguments& arguments);
 DraftExperiment draft_to_train(const TrainArguments& arguments);
 
 /// Carries out the training of `draft` in a folder that the caller has taken: get the data, train, judge, write.
-/// Of `arguments` only data, resume and quiet count, and what the hint of how to resume repeats. Throws as run_train().
+/// Reads data, resume and quiet of `arguments`; the others only appear in the hint how to resume.
+/// Throws as run_train().
 void carry_out(const DraftExperiment& draft, const TrainArguments& arguments, const RunFolder& folder);
 
 }  // namespace nlo::trainer

@@ -23,10 +23,10 @@ struct GuessedColumn {
   bool is_decided = true;            ///< false: ignored until the user says what it is
   double wrap = 0.0;                 ///< full turn, in its unit; 0: no angle that wraps
   std::string derivative_of;         ///< a state that is the derivative of this output
-  std::string why;                   ///< of the role
+  std::string why;                   ///< the reason for the role
   std::vector<std::string> missing;  ///< cells that seem to stand for no value
   std::string where_missing;         ///< the first of them, and how many there are
-  double low = 0.0, high = 0.0;      ///< of its numbers; low > high: it has none
+  double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: it has none
 };
 
 struct GuessedClock {

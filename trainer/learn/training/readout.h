@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the estimate of a state reads in the model that ships (shipped_model.h chooses it), and its errors beside those
-// of what it might read.
+// Features that the estimate of a state reads in the model that ships (shipped_model.h chooses them), and its errors
+// beside those with other features.
 #pragma once
 
 #include <limits>

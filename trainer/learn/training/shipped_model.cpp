@@ -25,7 +25,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What each state reads.
+// Choice of the features that each state reads.
 
 /// One number for a value that each set of data has.
 using Together = std::function<double(const std::function<double(const StateSquares&)>&)>;
@@ -61,8 +61,8 @@ void find_sensor(const codegen::Model& model, const Together& together, StateRea
 }
 
 struct Choice {
-  std::size_t row = 0;                               ///< of the candidates
-  double share = 1.0;                                ///< of T*, beside that row
+  std::size_t row = 0;                               ///< index among the candidates
+  double share = 1.0;                                ///< share of T* beside that row
   double as_map = 0.0, as_row = 0.0, shipped = 0.0;  ///< mean squares of the errors
 };
 
@@ -71,7 +71,7 @@ struct Choice {
 ///   sets          squares of the state on each set of data that chooses; `together` makes one number of them
 ///   are_left_out  they are groups of logs that trainings have not seen
 Choice choose(const std::vector<const StateSquares*>& sets, const Together& together, bool are_left_out) {
-  constexpr double kAlike = 1.02;  // of squared errors: nearer than this is as good
+  constexpr double kAlike = 1.02;  // ratio of squared errors: below it, both are as good
   const auto of_row = [&](std::size_t c) { return together([c](const StateSquares& s) { return s.row[c]; }); };
   const std::size_t rows = sets.front()->row.size();
   double least = of_row(0);

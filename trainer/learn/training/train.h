@@ -45,7 +45,7 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
   std::vector<Dataset> left_out = {};
-  /// What such trainings have told: it chooses what ships (shipped_model.h), and sets the size of its error head.
+  /// Errors of such trainings: they choose what ships (shipped_model.h) and set the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
 };
