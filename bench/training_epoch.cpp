@@ -21,7 +21,7 @@
 #include "trainer/base/parallel.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/gradients/nn/network.h"
+#include "trainer/gradients/nn/network_shape.h"
 #include "trainer/learn/optim/optimiser.h"
 #include "trainer/learn/training/objective.h"
 #include "trainer/structures/structure.h"

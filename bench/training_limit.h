@@ -12,8 +12,8 @@
 #include <chrono>
 #include <vector>
 
-#include "trainer/gradients/nn/network.h"
 #include "trainer/gradients/nn/network_block.h"
+#include "trainer/gradients/nn/network_shape.h"
 
 namespace nlo::bench {
 

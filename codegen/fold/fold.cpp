@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "codegen/model/activations.h"
-#include "codegen/model/checks.h"
-#include "codegen/reference/network.h"
-#include "codegen/structures/module.h"
+#include "codegen/model/field_checks.h"
+#include "codegen/reference/reference_network.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/model/checks.h"
+#include "codegen/model/field_checks.h"
 
 namespace nlo::codegen {
 namespace {

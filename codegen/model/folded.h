@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "codegen/model/error_head.h"
+#include "codegen/model/error_head_parameters.h"
 #include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/model/network.h"

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/model/error_head.h"
+#include "codegen/model/error_head_parameters.h"
 #include "codegen/model/flight.h"
-#include "codegen/model/monitor.h"
+#include "codegen/model/monitor_parameters.h"
 #include "codegen/model/network.h"
-#include "codegen/model/sensor_failures.h"
+#include "codegen/model/sensor_failure_parameters.h"
 #include "codegen/model/structures.h"
 
 namespace nlo::codegen {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The structures that a model can have. A new one needs a line here, a line in table.cpp, and its module.
+// The structures that a model can have. A new one needs a line here, a line in structure_modules.cpp, and its module.
 #pragma once
 
 #include <variant>

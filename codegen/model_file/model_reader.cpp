@@ -20,7 +20,7 @@
 #include "codegen/model_file/model_upgrade.h"
 #include "codegen/model_file/monitor_fields.h"
 #include "codegen/model_file/validate.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {

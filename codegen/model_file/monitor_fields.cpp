@@ -8,7 +8,7 @@
 
 #include <nlo/monitor_model.h>
 
-#include "codegen/model/checks.h"
+#include "codegen/model/field_checks.h"
 #include "codegen/model/json_object.h"
 
 namespace nlo::codegen {

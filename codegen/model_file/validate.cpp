@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "codegen/base/identifier.h"
-#include "codegen/model/checks.h"
 #include "codegen/model/computed_outputs.h"
 #include "codegen/model/domain.h"
+#include "codegen/model/field_checks.h"
 #include "codegen/model_file/monitor_fields.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {

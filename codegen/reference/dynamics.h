@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <limits>
 
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 
 namespace nlo::codegen {
 

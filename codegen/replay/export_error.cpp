@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "codegen/base/linear_algebra.h"
-#include "codegen/model/checks.h"
 #include "codegen/model/domain.h"
+#include "codegen/model/field_checks.h"
 
 namespace nlo::codegen {
 namespace {

@@ -12,7 +12,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/fail.h"
 #include "codegen/model_file/validate.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {

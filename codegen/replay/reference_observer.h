@@ -12,8 +12,8 @@
 #include "codegen/model/domain.h"
 #include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
-#include "codegen/reference/network.h"
 #include "codegen/reference/quantised_network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/replay/sample_validation.h"
 
 namespace nlo::codegen {

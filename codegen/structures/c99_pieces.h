@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/model/checks.h"
+#include "codegen/model/field_checks.h"
 #include "codegen/reference/linear_steps.h"
 
 namespace nlo::codegen {

@@ -7,7 +7,7 @@
 #include "codegen/model/latent_step.h"
 #include "codegen/reference/integrate.h"
 #include "codegen/reference/linear_steps.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "codegen/model/prior.h"
-#include "codegen/structures/gated_units.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/reference_units.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 

@@ -12,12 +12,12 @@
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
 #include "codegen/base/number.h"
-#include "codegen/export/number_formats.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "codegen/targets/c99_map.h"
 #include "codegen/targets/c99_monitor.h"
 #include "codegen/targets/c99_readings.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/targets/number_formats.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {

@@ -11,7 +11,7 @@
 
 #include "codegen/base/embedded_text.h"
 #include "codegen/model/activations.h"
-#include "codegen/model/checks.h"
+#include "codegen/model/field_checks.h"
 #include "codegen/targets/c99_integers.h"
 #include "codegen/targets/c99_readings.h"
 

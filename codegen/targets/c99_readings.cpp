@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {

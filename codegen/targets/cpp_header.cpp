@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "codegen/base/number.h"
-#include "codegen/export/cpp_cost.h"
-#include "codegen/export/number_formats.h"
 #include "codegen/model/activations.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
+#include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/targets/number_formats.h"
 #include "codegen/text/cpp_monitor.h"
 #include "codegen/text/generated_text.h"
 

@@ -8,8 +8,8 @@
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
 #include "codegen/base/number.h"
-#include "codegen/export/error_limits.h"
-#include "codegen/export/number_formats.h"
+#include "codegen/targets/error_limits.h"
+#include "codegen/targets/number_formats.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "codegen/base/file.h"
-#include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
+#include "codegen/targets/prepared_export.h"
 
 namespace nlo::codegen {
 

@@ -10,11 +10,11 @@
 
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/xml.h"
-#include "codegen/export/number_formats.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/targets/number_formats.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "codegen/base/file.h"
-#include "codegen/export/prepared_export.h"
+#include "codegen/targets/prepared_export.h"
 
 namespace nlo::codegen {
 

@@ -6,7 +6,7 @@
 
 #include "codegen/targets/c99.h"
 #include "codegen/targets/export_parts.h"
-#include "codegen/targets/replay.h"
+#include "codegen/targets/golden_replay.h"
 
 namespace nlo::codegen {
 

@@ -13,7 +13,7 @@
 
 #include "codegen/base/fail.h"
 #include "codegen/base/key_values.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "codegen/targets/around_c99.h"
 #include "codegen/targets/export_parts.h"
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "codegen/export/prepared_export.h"
+#include "codegen/targets/prepared_export.h"
 
 namespace nlo::codegen {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "codegen/base/file.h"
-#include "codegen/targets/registry.h"
+#include "codegen/targets/target_registry.h"
 
 namespace nlo::codegen {
 

@@ -21,7 +21,7 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/plants/excitation.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::claims {

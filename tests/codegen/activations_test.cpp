@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every activation through every table that codegen has of them. What the trainer has: tests/nn/activations_test.cpp.
+// Every activation through every table that codegen has of them. tests/nn/network_activations_test.cpp tests the
+// trainer's.
 #include "codegen/model/activations.h"
 
 #include <gmock/gmock.h>
@@ -8,8 +9,8 @@
 
 #include <cmath>
 
-#include "codegen/reference/network.h"
-#include "codegen/targets/registry.h"
+#include "codegen/reference/reference_network.h"
+#include "codegen/targets/target_registry.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/thrown_message.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/targets/cpp_header.h"
 #include "codegen/model/activations.h"
-#include "codegen/targets/registry.h"
+#include "codegen/targets/target_registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,9 +17,9 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "codegen/fold/fold.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/targets/c99.h"
-#include "codegen/targets/replay.h"
+#include "codegen/targets/golden_replay.h"
 #include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"

@@ -11,8 +11,8 @@
 #include <limits>
 #include <vector>
 
-#include "codegen/export/error_limits.h"
 #include "codegen/model_file/model_file.h"
+#include "codegen/targets/error_limits.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
 #include "tests/support/thrown_message.h"

@@ -13,10 +13,10 @@
 #include <string_view>
 #include <vector>
 
-#include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/targets/observers_in.h"
-#include "codegen/targets/registry.h"
+#include "codegen/targets/prepared_export.h"
+#include "codegen/targets/target_registry.h"
 #include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"
 

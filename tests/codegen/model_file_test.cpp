@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/model_file/model_file.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

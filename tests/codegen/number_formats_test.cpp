@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Weights of 16 bits and the choice of a tanh, as exports make them.
-#include "codegen/export/number_formats.h"
+#include "codegen/targets/number_formats.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -22,8 +22,8 @@
 #include "codegen/replay/replay_run.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/targets/golden_replay.h"
 #include "codegen/targets/library.h"
-#include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
 #include "tests/support/thrown_message.h"

@@ -11,7 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/fold/fold.h"
 #include "codegen/model/activations.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/unpacked_layer.h"
 #include "tests/support/thrown_message.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "codegen/base/error.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

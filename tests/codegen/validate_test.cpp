@@ -11,7 +11,7 @@
 #include <string>
 
 #include "codegen/model/latent_step.h"
-#include "codegen/structures/kkl_family.h"
+#include "codegen/structures/linear_latent_fields.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
 #include "tests/support/thrown_message.h"

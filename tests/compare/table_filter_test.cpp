@@ -14,7 +14,7 @@
 #include "trainer/judge/evaluation/closed_loop.h"
 #include "trainer/judge/evaluation/estimator_words.h"
 #include "trainer/plants/loop_estimator.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/plants/simulate_runs.h"
 

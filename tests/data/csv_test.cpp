@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/csv_format.h"
 
 namespace nlo::trainer {

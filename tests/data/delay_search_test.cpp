@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/data/product_search.h"

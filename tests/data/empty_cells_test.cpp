@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 
 namespace nlo::trainer {
 namespace {

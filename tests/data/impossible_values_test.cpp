@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "codegen/base/error.h"
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/log_metrics.h"
 #include "trainer/data/static_ridge.h"
 

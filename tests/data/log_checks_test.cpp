@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_outliers.h"
 #include "trainer/data/logged_velocity.h"

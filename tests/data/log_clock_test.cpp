@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/clock_text.h"
 
 namespace nlo::trainer {

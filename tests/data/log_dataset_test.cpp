@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 
 namespace nlo::trainer {
 namespace {

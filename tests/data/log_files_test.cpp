@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "codegen/base/error.h"
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "tests/support/thrown_message.h"
 
 namespace nlo::trainer {

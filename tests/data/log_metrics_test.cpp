@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/evaluation_windows.h"
 #include "trainer/data/transient.h"
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,12 +7,12 @@
 #include <cstdlib>
 
 #include "codegen/base/file.h"
+#include "tests/data/data_testing.h"
 #include "tests/data/pendulum_logs.h"
-#include "tests/data/testing.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/experiments/mirror.h"
+#include "trainer/experiments/mirrored_channels.h"
 #include "trainer/judge/evaluation/evaluate_logs.h"
 #include "trainer/learn/training/train.h"
 

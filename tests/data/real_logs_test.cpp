@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/csv.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/log_dataset.h"

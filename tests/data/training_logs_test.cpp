@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/log_dataset.h"
 
 namespace nlo::trainer {

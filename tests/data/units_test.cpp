@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {

@@ -8,7 +8,7 @@
 #include <complex>
 #include <numbers>
 
-#include "tests/data/testing.h"
+#include "tests/data/data_testing.h"
 
 namespace nlo::trainer {
 namespace {

@@ -11,7 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/evaluation/van_der_pol_set.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/learn/training/train.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "trainer/judge/filters/plant_equations.h"
-#include "trainer/plants/equations.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/equations_of_plant.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,7 +9,7 @@
 #include "tests/filters/linear_chain.h"
 #include "trainer/config/experiment.h"
 #include "trainer/judge/filters/high_gain.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

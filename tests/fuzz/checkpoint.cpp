@@ -10,7 +10,7 @@
 
 #include "codegen/base/file.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/learn/training/train.h"
 
 using namespace nlo;

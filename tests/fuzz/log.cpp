@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "tests/fuzz/fuzz.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/experiments/load_experiment.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A model file, from its JSON to what C++ and C99 are given.
 #include "codegen/base/error.h"
-#include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/targets/registry.h"
+#include "codegen/targets/prepared_export.h"
+#include "codegen/targets/target_registry.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace nlo;

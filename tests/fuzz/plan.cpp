@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "tests/fuzz/fuzz.h"
-#include "trainer/app/sweep/jobs.h"
+#include "trainer/app/sweep/sweep_jobs.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 

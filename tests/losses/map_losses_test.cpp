@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/structures/structure.h"
 
 namespace nlo::trainer {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "codegen/model/activations.h"
-#include "trainer/gradients/nn/network.h"
+#include "trainer/gradients/nn/network_shape.h"
 
 namespace nlo::trainer {
 namespace {

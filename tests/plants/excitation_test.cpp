@@ -15,7 +15,7 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

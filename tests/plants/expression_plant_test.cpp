@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tests/support/thrown_message.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -11,7 +11,7 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/plants/lead_in.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -10,7 +10,7 @@
 
 #include "tests/support/thrown_message.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -10,7 +10,7 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/plants/initial_states.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

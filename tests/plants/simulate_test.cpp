@@ -13,7 +13,7 @@
 #include "trainer/experiments/shipped.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

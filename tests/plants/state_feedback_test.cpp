@@ -13,7 +13,7 @@
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/training/train.h"
 #include "trainer/plants/initial_states.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

@@ -13,7 +13,7 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/rollout/rollout.h"
 #include "trainer/structures/make_dynamics.h"

@@ -226,6 +226,31 @@ TEST(IncludeArrows, FormNoCircleOfFolders) {
   EXPECT_EQ(circle_in(rooms), "");
 }
 
+/// Files of one name in `files`, as "a/x.h and b/x.h".
+std::vector<std::string> equal_names_in(const std::vector<std::string>& files) {
+  std::map<std::string, std::string> file_of;
+  std::vector<std::string> equal;
+  for (const std::string& file : files) {
+    const auto [first, is_new] = file_of.emplace(fs::path(file).filename().string(), file);
+    if (!is_new) equal.push_back(first->second + " and " + file);
+  }
+  return equal;
+}
+
+TEST(FileNames, AreUniqueInTheRuntimeTheGeneratorAndTheTrainer) {
+  std::vector<std::string> files = source_files();
+  std::erase_if(files, [](const std::string& file) {
+    return !starts_with_any(file, std::array{"runtime/", "codegen/", "trainer/"});
+  });
+  ASSERT_GT(files.size(), 10U);
+  const auto equal = equal_names_in(files);
+  EXPECT_THAT(equal, IsEmpty()) << lines(equal);
+}
+
+TEST(FileNames, ThatAreEqualAreFound) {
+  EXPECT_THAT(equal_names_in({"a/x.h", "b/y.h", "b/x.h", "a/x.cpp"}), ElementsAre("a/x.h and b/x.h"));
+}
+
 TEST(IncludeArrows, SeeACircleOfFolders) {
   EXPECT_EQ(circle_in({{"a", {"b", "c"}}, {"b", {"d"}}, {"c", {"d"}}}), "");
   EXPECT_EQ(circle_in({{"a", {"b"}}, {"b", {"c", "d"}}, {"d", {"b"}}}), "b -> d -> b");
@@ -261,10 +286,11 @@ TEST(IncludeArrows, SeeACommandThatNeedsThePaper) {
 }
 
 TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
-  EXPECT_THAT(violations("trainer/config/x.cpp", "#include \"trainer/plants/registry.h\""),
+  EXPECT_THAT(violations("trainer/config/x.cpp", "#include \"trainer/plants/plant_registry.h\""),
               ElementsAre(HasSubstr("against")));
-  EXPECT_THAT(violations("codegen/x.cpp", "#include \"codegen/targets/registry.h\""), ElementsAre(HasSubstr("wall")));
-  EXPECT_THAT(violations("codegen/targets/x.cpp", "#include \"codegen/targets/registry.h\""), IsEmpty());
+  EXPECT_THAT(violations("codegen/x.cpp", "#include \"codegen/targets/target_registry.h\""),
+              ElementsAre(HasSubstr("wall")));
+  EXPECT_THAT(violations("codegen/targets/x.cpp", "#include \"codegen/targets/target_registry.h\""), IsEmpty());
 }
 
 TEST(IncludeArrows, SeeAFileOfTheSanitizedBuildThatNeedsMore) {

@@ -132,7 +132,7 @@ std::vector<std::string> questions(const std::string& text) {
 /// A file that may know its structure: in codegen all of the structures' folder, in the trainer the file that defines a
 /// module, and both tables.
 bool is_structures_own(const std::string& file, const std::string& text) {
-  if (file.starts_with("codegen/structures/") || file == "trainer/structures/table.cpp") return true;
+  if (file.starts_with("codegen/structures/") || file == "trainer/structures/structure_table.cpp") return true;
   static const std::regex kModule(R"re(const TrainableStructure& \w+_structure\(\) \{)re");
   return file.starts_with("trainer/structures/") && std::regex_search(text, kModule);
 }

@@ -10,11 +10,11 @@
 #include <random>
 #include <string>
 
-#include "codegen/export/number_formats.h"
 #include "codegen/model/domain.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/replay/reference_observer.h"
+#include "codegen/targets/number_formats.h"
 #include "tests/codegen/example_models.h"
 #include "trainer/prove/arithmetic_error.h"
 #include "trainer/prove/certificate.h"

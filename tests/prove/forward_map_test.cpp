@@ -9,7 +9,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/prove/lipschitz.h"
 

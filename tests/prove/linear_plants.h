@@ -7,7 +7,7 @@
 
 #include "codegen/base/linear_algebra.h"
 #include "codegen/model/hold.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/prove/forward_map.h"
 #include "trainer/prove/robustness.h"
 

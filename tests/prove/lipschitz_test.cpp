@@ -8,7 +8,7 @@
 #include <random>
 
 #include "codegen/model/activations.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "tests/prove/random_inverse_map.h"
 
 namespace nlo::trainer {

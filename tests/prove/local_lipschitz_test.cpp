@@ -11,7 +11,7 @@
 #include <string>
 
 #include "codegen/model/latent_step.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/prove/random_inverse_map.h"
 #include "trainer/prove/activation_slope.h"

@@ -14,7 +14,7 @@
 #include "codegen/model_file/model_file.h"
 #include "tests/prove/linear_plants.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/forward_map.h"
 #include "trainer/prove/forward_spline.h"

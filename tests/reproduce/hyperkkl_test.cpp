@@ -11,7 +11,7 @@
 #include "trainer/plants/run_random.h"
 #include "trainer/reproduce/contest.h"
 #include "trainer/reproduce/hyperkkl_cells.h"
-#include "trainer/reproduce/jobs.h"
+#include "trainer/reproduce/planned_trainings.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "trainer/judge/evaluation/evaluate.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -19,8 +19,8 @@
 #include "tests/support/scratch_directory.h"
 #include "tests/support/thrown_message.h"
 #include "trainer/app/jobs/kept_training.h"
-#include "trainer/reproduce/csv.h"
-#include "trainer/reproduce/jobs.h"
+#include "trainer/reproduce/numbers_csv.h"
+#include "trainer/reproduce/planned_trainings.h"
 #include "trainer/reproduce/section.h"
 
 namespace nlo::trainer::reproduction {

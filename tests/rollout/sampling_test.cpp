@@ -9,7 +9,7 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/mirrored.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {

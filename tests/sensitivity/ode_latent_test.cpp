@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "trainer/structures/module.h"
 #include "trainer/structures/observer_gain.h"
 #include "trainer/structures/structure.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/training/train.h"

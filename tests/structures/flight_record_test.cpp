@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/export/prepared_export.h"
+#include "codegen/targets/prepared_export.h"
 #include "tests/evaluation/van_der_pol_set.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {

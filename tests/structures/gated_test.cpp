@@ -12,7 +12,7 @@
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/learn/training/train.h"
 #include "trainer/structures/gated_units.h"

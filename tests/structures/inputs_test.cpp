@@ -11,13 +11,13 @@
 
 #include "codegen/model_file/model_file.h"
 #include "tests/support/thrown_message.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/learn/training/train.h"
-#include "trainer/structures/module.h"
 #include "trainer/structures/structure.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

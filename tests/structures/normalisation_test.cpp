@@ -5,7 +5,7 @@
 #include "codegen/model/domain.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/support/mirrored.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/data/transient.h"
 #include "trainer/learn/training/no_progress.h"
 #include "trainer/learn/training/objective.h"

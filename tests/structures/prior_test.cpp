@@ -11,11 +11,11 @@
 
 #include "codegen/model_file/model_file.h"
 #include "tests/support/thrown_message.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/training/train.h"
-#include "trainer/plants/expression.h"
+#include "trainer/plants/plant_expression.h"
 #include "trainer/structures/prior_lanes.h"
 
 namespace nlo::trainer {

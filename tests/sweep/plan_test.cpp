@@ -10,7 +10,7 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/app/sweep/jobs.h"
+#include "trainer/app/sweep/sweep_jobs.h"
 #include "trainer/base/printable.h"
 #include "trainer/config/toml.h"
 

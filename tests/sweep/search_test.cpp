@@ -9,7 +9,7 @@
 #include "trainer/base/draws.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

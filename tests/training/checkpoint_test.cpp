@@ -10,7 +10,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 
 namespace nlo::trainer {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/learn/training/no_progress.h"
 #include "tests/support/mirrored.h"
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "codegen/model_file/model_file.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/learn/training/objective.h"
 #include "trainer/learn/training/train.h"
 #include "trainer/structures/structure.h"

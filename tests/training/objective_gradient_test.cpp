@@ -6,8 +6,8 @@
 #include <string>
 
 #include "tests/training/objective_problem.h"
-#include "trainer/learn/losses/registry.h"
-#include "trainer/structures/table.h"
+#include "trainer/learn/losses/loss_registry.h"
+#include "trainer/structures/structure_table.h"
 #include "trainer/structures/unit_settings.h"
 
 namespace nlo::trainer {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "tests/support/mirrored.h"
-#include "tests/training/testing.h"
-#include "trainer/learn/losses/registry.h"
+#include "tests/training/training_testing.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/learn/training/objective.h"
 
 namespace nlo::trainer::testing {

@@ -6,7 +6,7 @@
 
 #include "codegen/model_file/validate.h"
 #include "tests/evaluation/van_der_pol_set.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/base/ridge.h"
 #include "trainer/learn/training/train.h"
 

@@ -11,7 +11,7 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/training/small_trainings.h"
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/learn/training/checkpoint.h"
 #include "trainer/structures/structure.h"
 

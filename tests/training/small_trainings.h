@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tests/support/thrown_message.h"
-#include "tests/training/testing.h"
+#include "tests/training/training_testing.h"
 #include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {

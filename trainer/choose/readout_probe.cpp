@@ -13,7 +13,7 @@
 #include "trainer/choose/pilot.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/structure.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

@@ -21,7 +21,7 @@
 #include "trainer/choose/readout_probe.h"
 #include "trainer/plants/odd_plant.h"
 #include "trainer/plants/plant_form.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

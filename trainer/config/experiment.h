@@ -119,7 +119,7 @@ struct LogConfig {
 
 /// [observer]: the latent system and what T* reads.
 struct ObserverConfig {
-  std::string structure = "kkl";             ///< a name in the table of structures/table.h
+  std::string structure = "kkl";             ///< a name in the table of structures/structure_table.h
   std::vector<double> eigenvalues;           ///< real ones [1/s], all negative; repeated for each output
   std::vector<std::array<double, 2>> pairs;  ///< complex pairs re +- i im [1/s]; repeated for each output
   bool learn_eigenvalues = true;
@@ -146,7 +146,7 @@ struct ForwardMapConfig {
   std::string activation = "tanh";
 };
 
-/// [loss]: the cost (9) as a weighted sum of the terms that learn/losses/registry.h lists.
+/// [loss]: the cost (9) as a weighted sum of the terms that learn/losses/loss_registry.h lists.
 struct LossConfig {
   std::map<std::string, double, std::less<>> weights = {{"state_error", 1.0}};  ///< by name; 0 when not named
   Reduction reduction = Reduction::kMean;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The keys of an experiment file: reading, writing, suggestions and help come from one table for each section
-// (experiments/keys.cpp), one line for each key.
+// (experiments/section_keys.cpp), one line for each key.
 #pragma once
 
 #include <algorithm>

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "trainer/config/key_error.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
-#include "trainer/structures/table.h"
+#include "trainer/plants/plant_registry.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

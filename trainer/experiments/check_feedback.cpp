@@ -7,10 +7,10 @@
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
-#include "trainer/experiments/checks.h"
-#include "trainer/plants/registry.h"
+#include "trainer/experiments/experiment_checks.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/state_feedback.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

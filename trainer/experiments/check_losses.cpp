@@ -3,11 +3,11 @@
 
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/learn/losses/registry.h"
-#include "trainer/plants/registry.h"
-#include "trainer/structures/table.h"
+#include "trainer/learn/losses/loss_registry.h"
+#include "trainer/plants/plant_registry.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

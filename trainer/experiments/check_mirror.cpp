@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "trainer/config/key_error.h"
-#include "trainer/experiments/checks.h"
-#include "trainer/experiments/mirror.h"
+#include "trainer/experiments/experiment_checks.h"
+#include "trainer/experiments/mirrored_channels.h"
 #include "trainer/plants/odd_plant.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

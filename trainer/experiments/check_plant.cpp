@@ -6,9 +6,9 @@
 
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

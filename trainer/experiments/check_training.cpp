@@ -7,9 +7,9 @@
 #include "trainer/config/key_error.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/structures/linear_latent_start.h"
 
 namespace nlo::trainer {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include "trainer/experiments/identify_keys.h"
-#include "trainer/experiments/keys.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/load_identification.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/structures/table.h"
+#include "trainer/experiments/section_keys.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/config/value.h"
-#include "trainer/experiments/keys.h"
+#include "trainer/experiments/section_keys.h"
 
 namespace nlo::trainer {
 

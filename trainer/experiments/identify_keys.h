@@ -7,7 +7,7 @@
 
 #include "trainer/config/identification.h"
 #include "trainer/config/keys.h"
-#include "trainer/experiments/keys.h"
+#include "trainer/experiments/section_keys.h"
 
 namespace nlo::trainer {
 

@@ -12,10 +12,10 @@
 #include "trainer/config/key_error.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -17,11 +17,11 @@
 #include "trainer/config/toml.h"
 #include "trainer/config/value.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/experiments/checks.h"
+#include "trainer/experiments/experiment_checks.h"
 #include "trainer/experiments/known_plant.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/section_tables.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

@@ -2,10 +2,10 @@
 #include "trainer/experiments/observer_channels.h"
 
 #include "trainer/data/log_schema.h"
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
-#include "trainer/structures/table.h"
+#include "trainer/plants/plant_registry.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

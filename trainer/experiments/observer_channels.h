@@ -2,7 +2,7 @@
 #pragma once
 
 #include "trainer/config/experiment.h"
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

@@ -8,7 +8,7 @@
 #include "trainer/config/section_reader.h"
 #include "trainer/config/toml.h"
 #include "trainer/config/value.h"
-#include "trainer/experiments/keys.h"
+#include "trainer/experiments/section_keys.h"
 
 namespace nlo::trainer {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The experiments that `nlo` carries, by their names: "qube" is trainer/experiments/qube.toml. Those of the paper are
-// in `nlo-reproduce` (trainer/reproduce/jobs.h).
+// in `nlo-reproduce` (trainer/reproduce/planned_trainings.h).
 #pragma once
 
 #include <span>

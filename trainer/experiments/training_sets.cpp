@@ -10,17 +10,17 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/experiments/mirror.h"
-#include "trainer/learn/losses/registry.h"
+#include "trainer/experiments/mirrored_channels.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/plant_form.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/run_range.h"
 #include "trainer/plants/simulate_runs.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "codegen/base/error.h"
-#include "trainer/plants/expression.h"
+#include "trainer/plants/plant_expression.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What excites a driven plant (24): u(t), known at all times, so that a simulation takes it at the times of its
-// Runge-Kutta stages and not as a hold of samples.
+// The input u(t) of a driven plant (24). It is known at all times, so a simulation evaluates it at the times of its
+// Runge-Kutta stages instead of holding samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,9 +16,10 @@ namespace nlo::trainer {
 /// u (n_u) at a time [s] since the start of a trajectory. Null: u = 0, and no inputs are recorded.
 using Excitation = std::function<Eigen::VectorXd(double time_s)>;
 
-/// From one expression over t for each input of the plant, in their order: {"cos(12*t)"}; see expression.h. None: null.
-/// Throws codegen::Error naming the input, the expression and the position in it, or how many the plant takes; what it
-/// returns throws where an expression has no finite value. Not for two threads at once.
+/// Makes u(t) from one expression over t for each input of the plant, in their order: {"cos(12*t)"}; see
+/// plant_expression.h. Null without expressions. Throws codegen::Error naming the input, the expression and the
+/// position in it, or the number of inputs of the plant. u(t) throws where an expression has no finite value. Not for
+/// two threads at once.
 Excitation parse_excitation(const Plant& plant, const std::vector<std::string>& expressions);
 
 /// The same for people: ("u", "cos(12*t)").

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A plant written in an experiment file: one expression (see expression.h) per derivative, output and entry of the
-// input field, over the names of the states and the parameters. Without an input field,
-// derivatives may name the inputs.
+// A plant written in an experiment file: one expression (see plant_expression.h) per derivative, output and entry of
+// the input field, over the names of the states and the parameters. Without an input field, derivatives may name the
+// inputs.
 #pragma once
 
 #include <memory>

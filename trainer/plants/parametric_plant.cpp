@@ -9,7 +9,7 @@
 
 #include "codegen/base/identifier.h"
 #include "trainer/config/key_error.h"
-#include "trainer/plants/expression.h"
+#include "trainer/plants/plant_expression.h"
 
 namespace nlo::trainer {
 namespace {

@@ -2,7 +2,7 @@
 // A plant to simulate: dx/dt = f(x, u), y = h(x)   (1); most are affine in u, f(x) + sum_j g_j(x) u_j (24), or have no
 // input. Only the simulator, the baselines that know the model and the PDE residual see one; training needs data alone.
 //
-// To add one: a file of this folder with a function that makes it, and a line in registry.cpp. Tests run over the
+// To add one: a file of this folder with a function that makes it, and a line in plant_registry.cpp. Tests run over the
 // registry.
 #pragma once
 

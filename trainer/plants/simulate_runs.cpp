@@ -13,7 +13,7 @@
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/run_random.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/plants/state_feedback.h"

@@ -9,7 +9,7 @@
 #include <deque>
 
 #include "codegen/base/error.h"
-#include "trainer/plants/expression.h"
+#include "trainer/plants/plant_expression.h"
 
 namespace nlo::trainer {
 

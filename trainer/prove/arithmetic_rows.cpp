@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "codegen/base/error.h"
-#include "codegen/export/number_formats.h"
 #include "codegen/fold/quantise.h"
 #include "codegen/model/domain.h"
 #include "codegen/model/flown_ranges.h"
 #include "codegen/replay/replay_run.h"
+#include "codegen/targets/number_formats.h"
 #include "trainer/judge/evaluation/text.h"
 #include "trainer/prove/arithmetic_error.h"
 #include "trainer/prove/certificate.h"

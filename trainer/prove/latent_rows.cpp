@@ -8,7 +8,7 @@
 
 #include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "trainer/base/number_text.h"
 #include "trainer/judge/evaluation/text.h"
 #include "trainer/prove/certificate.h"

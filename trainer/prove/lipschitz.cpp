@@ -14,7 +14,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/linear_algebra.h"
 #include "codegen/model/domain.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/prove/activation_slope.h"
 #include "trainer/prove/jacobian_enclosure.h"

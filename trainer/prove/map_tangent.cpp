@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "codegen/model/activations.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "trainer/prove/map_region.h"
 #include "trainer/prove/rounding.h"
 

@@ -9,8 +9,8 @@
 
 #include "codegen/model/domain.h"
 #include "codegen/model/flown_ranges.h"
-#include "codegen/reference/network.h"
-#include "codegen/structures/module.h"
+#include "codegen/reference/reference_network.h"
+#include "codegen/structures/structure_module.h"
 #include "trainer/prove/reachable_latent.h"
 #include "trainer/prove/rounding.h"
 

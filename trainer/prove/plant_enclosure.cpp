@@ -8,7 +8,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model/expression_derivative.h"
-#include "trainer/plants/equations.h"
+#include "trainer/plants/equations_of_plant.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codegen/model/latent_step.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/noise.h"
 #include "trainer/base/parallel.h"

@@ -8,7 +8,7 @@
 #include "codegen/base/error.h"
 #include "trainer/judge/evaluation/text.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/reachable_latent.h"
 #include "trainer/prove/robustness.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/reference/rk4.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/prove/latent_memory.h"

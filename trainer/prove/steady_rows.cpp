@@ -9,7 +9,7 @@
 #include "trainer/base/number_text.h"
 #include "trainer/config/experiment.h"
 #include "trainer/judge/evaluation/text.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/forward_spline.h"
 #include "trainer/prove/steady_error.h"

@@ -7,7 +7,7 @@
 
 #include "trainer/app/report/html.h"
 #include "trainer/judge/evaluation/text.h"
-#include "trainer/reproduce/csv.h"
+#include "trainer/reproduce/numbers_csv.h"
 #include "trainer/reproduce/section.h"
 
 namespace nlo::trainer::reproduction {

@@ -30,7 +30,7 @@ std::string contest_score(const Contest& contest);
 std::string contest_text(const Contest& contest);
 std::string contest_html(const Contest& contest);
 
-/// As numbers_csv() (csv.h): row the model, column the condition, paper the published number.
+/// As numbers_csv() (numbers_csv.h): row the model, column the condition, paper the published number.
 std::string contests_csv(const std::vector<Contest>& contests);
 
 }  // namespace nlo::trainer::reproduction

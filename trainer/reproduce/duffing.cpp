@@ -11,10 +11,10 @@
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/config/experiment.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/reproduce/analyses.h"
-#include "trainer/reproduce/csv.h"
+#include "trainer/reproduce/numbers_csv.h"
 #include "trainer/reproduce/trajectories.h"
 
 namespace nlo::trainer::reproduction {

@@ -27,7 +27,7 @@ struct ExamTable {
 std::string exam_text(const ExamTable& exam);
 std::string exam_html(const ExamTable& exam);
 
-/// As numbers_csv() (csv.h): row the row's name, column the figure and "multiply-adds".
+/// As numbers_csv() (numbers_csv.h): row the row's name, column the figure and "multiply-adds".
 std::string exams_csv(const std::vector<ExamTable>& exams);
 
 }  // namespace nlo::trainer::reproduction

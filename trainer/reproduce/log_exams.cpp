@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codegen/base/error.h"
-#include "codegen/export/cpp_cost.h"
+#include "codegen/targets/cpp_cost.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/judge/evaluation/evaluate_logs.h"

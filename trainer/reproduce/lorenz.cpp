@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/export/cpp_cost.h"
+#include "codegen/targets/cpp_cost.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/data/static_ridge.h"
 #include "trainer/judge/compare/compared_runs.h"
 #include "trainer/judge/compare/table_filter.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/plants/initial_states.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/exam_table.h"

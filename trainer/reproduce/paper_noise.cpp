@@ -6,10 +6,10 @@
 
 #include "codegen/reference/integrate.h"
 #include "codegen/replay/reference_observer.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -8,9 +8,9 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
-#include "trainer/reproduce/csv.h"
-#include "trainer/reproduce/jobs.h"
+#include "trainer/reproduce/numbers_csv.h"
 #include "trainer/reproduce/page.h"
+#include "trainer/reproduce/planned_trainings.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "trainer/app/jobs/run_jobs.h"
-#include "trainer/reproduce/registry.h"
+#include "trainer/reproduce/reproduced_items.h"
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "trainer/judge/evaluation/text.h"
-#include "trainer/reproduce/csv.h"
+#include "trainer/reproduce/numbers_csv.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

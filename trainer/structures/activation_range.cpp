@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "codegen/model/activations.h"
-#include "codegen/reference/network.h"
+#include "codegen/reference/reference_network.h"
 #include "trainer/structures/for_each_sample.h"
 
 namespace nlo::trainer {

@@ -13,7 +13,7 @@
 #include "trainer/structures/carried_latent.h"
 #include "trainer/structures/linear_latent_start.h"
 #include "trainer/structures/model_networks.h"
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

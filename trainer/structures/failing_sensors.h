@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::trainer {
 namespace {

@@ -12,7 +12,7 @@
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/failing_sensors.h"
 #include "trainer/structures/model_networks.h"
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 #include "trainer/structures/unit_settings.h"
 #include "trainer/structures/units_latent.h"
 

@@ -9,7 +9,7 @@
 #include "trainer/structures/general_lanes.h"
 #include "trainer/structures/linear_latent_start.h"
 #include "trainer/structures/model_networks.h"
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

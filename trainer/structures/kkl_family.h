@@ -2,7 +2,7 @@
 // What the KKL observers share: z' = D z + F y, whose eigenvalues are the parameters of the latent system, and T*.
 #pragma once
 
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

@@ -8,8 +8,8 @@
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/luenberger_lanes.h"
 #include "trainer/structures/model_networks.h"
-#include "trainer/structures/module.h"
 #include "trainer/structures/observer_gain.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

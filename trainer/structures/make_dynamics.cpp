@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/structures/make_dynamics.h"
 
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "trainer/base/by_type.h"
-#include "trainer/gradients/nn/network.h"
+#include "trainer/gradients/nn/network_shape.h"
 #include "trainer/gradients/sensitivity/linear_latent.h"
 
 namespace nlo::trainer {
@@ -57,7 +57,7 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/module.h)
+  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/trainable_structure.h)
   int readings = 0;                            ///< n_r: outputs, inputs that are read, stalenesses
   int inputs = 0;                              ///< of them
   int failing = 0;                             ///< of them stalenesses of sensors that may fail, behind the inputs

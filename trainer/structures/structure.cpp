@@ -8,7 +8,7 @@
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/moments.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

@@ -9,8 +9,8 @@
 #include "trainer/structures/activation_range.h"
 #include "trainer/structures/flight_record.h"
 #include "trainer/structures/for_each_sample.h"
-#include "trainer/structures/module.h"
 #include "trainer/structures/structure.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 

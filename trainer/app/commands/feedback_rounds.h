@@ -2,8 +2,8 @@
 // The trainings of a run: one for each round of [feedback], a single one without it.
 #pragma once
 
+#include "trainer/app/commands/run_data.h"
 #include "trainer/app/commands/run_folder.h"
-#include "trainer/app/commands/training_data.h"
 #include "trainer/config/experiment.h"
 #include "trainer/learn/training/train.h"
 

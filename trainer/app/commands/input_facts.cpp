@@ -5,8 +5,8 @@
 
 #include "trainer/data/log_delays.h"
 #include "trainer/learn/training/provenance.h"
-#include "trainer/plants/registry.h"
-#include "trainer/structures/table.h"
+#include "trainer/plants/plant_registry.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

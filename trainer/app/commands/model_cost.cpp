@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/app/commands/model_cost.h"
 
-#include "codegen/export/cpp_cost.h"
+#include "codegen/targets/cpp_cost.h"
 
 namespace nlo::trainer {
 

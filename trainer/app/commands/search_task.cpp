@@ -12,7 +12,7 @@
 #include "trainer/judge/evaluation/metrics.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

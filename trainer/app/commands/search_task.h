@@ -6,7 +6,7 @@
 #include <string>
 
 #include "codegen/model/model.h"
-#include "trainer/app/commands/training_data.h"
+#include "trainer/app/commands/run_data.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/judge/evaluation/metrics.h"

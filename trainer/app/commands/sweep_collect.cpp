@@ -19,7 +19,7 @@
 #include "trainer/app/report/svg_text.h"
 #include "trainer/base/number_text.h"
 #include "trainer/data/log_dataset.h"
-#include "trainer/experiments/mirror.h"
+#include "trainer/experiments/mirrored_channels.h"
 #include "trainer/judge/evaluation/evaluate.h"
 
 namespace nlo::trainer {

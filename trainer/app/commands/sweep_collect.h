@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "trainer/app/sweep/jobs.h"
 #include "trainer/app/sweep/results.h"
+#include "trainer/app/sweep/sweep_jobs.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

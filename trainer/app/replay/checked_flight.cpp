@@ -11,8 +11,8 @@
 #include "codegen/base/fail.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/targets/golden_replay.h"
 #include "codegen/targets/observers_in.h"
-#include "codegen/targets/replay.h"
 #include "trainer/app/replay/flight_log.h"
 #include "trainer/app/replay/flown_export.h"
 

@@ -13,11 +13,11 @@
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
-#include "codegen/export/prepared_export.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/observers_in.h"
-#include "codegen/targets/registry.h"
+#include "codegen/targets/prepared_export.h"
+#include "codegen/targets/target_registry.h"
 #include "trainer/app/replay/flight_log.h"
 
 namespace nlo::trainer {

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "codegen/base/temporary.h"
-#include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
 #include "codegen/targets/observers_in.h"
+#include "codegen/targets/prepared_export.h"
 
 namespace nlo::trainer {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/app/sweep/jobs.h"
+#include "trainer/app/sweep/sweep_jobs.h"
 
 namespace nlo::trainer {
 

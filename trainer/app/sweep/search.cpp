@@ -12,7 +12,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/draws.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

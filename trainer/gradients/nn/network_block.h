@@ -15,7 +15,7 @@
 
 #include "nlo/kernels/simd.h"
 #include "trainer/base/aligned_vector.h"
-#include "trainer/gradients/nn/network.h"
+#include "trainer/gradients/nn/network_shape.h"
 
 namespace nlo::trainer {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The right-hand side of an observer's latent system as the general route sees it: z' = F(z, y; theta), and its pull
-// back. Eight trajectories side by side; arrays are [row][8].
+// The right-hand side of an observer's latent system for the general route: z' = F(z, y; theta), and its pullback.
+// Eight trajectories are computed side by side; arrays are [row][8].
 //
-// A structure makes its own (structures/module.h). Tests of sensitivities run over the structures: finite differences,
-// orders of convergence and parity.
+// Each structure makes its own dynamics (structures/trainable_structure.h). Tests check the sensitivities of every
+// structure by finite differences, orders of convergence and parity.
 #pragma once
 
 #include <algorithm>

@@ -19,7 +19,7 @@
 #include "trainer/judge/compare/table_filter.h"
 #include "trainer/judge/filters/particle_filter.h"
 #include "trainer/plants/excitation.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

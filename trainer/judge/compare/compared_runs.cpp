@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "codegen/export/cpp_cost.h"
-#include "codegen/export/prepared_export.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
+#include "codegen/targets/cpp_cost.h"
+#include "codegen/targets/prepared_export.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/judge/evaluation/estimator_words.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,9 +14,9 @@
 #include "trainer/judge/filters/high_gain.h"
 #include "trainer/judge/filters/moving_horizon.h"
 #include "trainer/judge/filters/plant_equations.h"
-#include "trainer/plants/equations.h"
+#include "trainer/plants/equations_of_plant.h"
 #include "trainer/plants/initial_states.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

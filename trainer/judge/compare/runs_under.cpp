@@ -11,11 +11,11 @@
 #include "trainer/base/nearest_name.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/plants/equations.h"
+#include "trainer/plants/equations_of_plant.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

@@ -17,7 +17,7 @@
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

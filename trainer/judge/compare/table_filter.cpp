@@ -14,7 +14,7 @@
 #include "trainer/base/coordinate_search.h"
 #include "trainer/judge/evaluation/text.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "codegen/base/error.h"
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/judge/evaluation/examples.h"

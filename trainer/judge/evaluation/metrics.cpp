@@ -9,7 +9,7 @@
 #include "trainer/data/evaluation_windows.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/transient.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "trainer/plants/equations.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/equations_of_plant.h"
+#include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/judge/filters/step_cost.h"
-#include "trainer/plants/equations.h"
+#include "trainer/plants/equations_of_plant.h"
 
 #include <cctype>
 #include <string>

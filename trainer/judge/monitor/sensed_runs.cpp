@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "codegen/structures/module.h"
+#include "codegen/structures/structure_module.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
-#include "trainer/plants/registry.h"
+#include "trainer/plants/plant_registry.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

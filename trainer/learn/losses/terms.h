@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The entries that registry.cpp lists, each defined in the file of its name; terminal in that of the state error.
+// The entries that loss_registry.cpp lists, each defined in the file of its name; terminal in that of the state error.
 #pragma once
 
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 
 namespace nlo::trainer {
 

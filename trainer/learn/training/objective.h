@@ -11,8 +11,8 @@
 
 #include "trainer/config/experiment.h"
 #include "trainer/learn/losses/estimate_block.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/learn/losses/map_block.h"
-#include "trainer/learn/losses/registry.h"
 #include "trainer/learn/losses/sample_rows.h"
 #include "trainer/learn/training/blocks.h"
 #include "trainer/rollout/rollout.h"

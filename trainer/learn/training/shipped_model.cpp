@@ -16,7 +16,7 @@
 #include "trainer/learn/uncertainty/calibration.h"
 #include "trainer/learn/uncertainty/error_head_fit.h"
 #include "trainer/rollout/sampled_truth.h"
-#include "trainer/structures/module.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
 namespace {

@@ -11,7 +11,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/parallel.h"
-#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/losses/loss_registry.h"
 #include "trainer/learn/optim/optimiser.h"
 #include "trainer/learn/training/messages.h"
 #include "trainer/learn/training/no_progress.h"
@@ -20,7 +20,7 @@
 #include "trainer/learn/training/provenance.h"
 #include "trainer/learn/training/shipped_model.h"
 #include "trainer/structures/structure.h"
-#include "trainer/structures/table.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 

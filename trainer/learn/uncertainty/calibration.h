@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "codegen/model/error_head.h"
+#include "codegen/model/error_head_parameters.h"
 #include "trainer/learn/uncertainty/error_samples.h"
 
 namespace nlo::trainer {

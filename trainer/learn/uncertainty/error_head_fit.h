@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The error head of a trained T* (codegen/model/error_head.h), which T* does not notice.
+// The error head of a trained T* (codegen/model/error_head_parameters.h), which T* does not notice.
 #pragma once
 
-#include "codegen/model/error_head.h"
+#include "codegen/model/error_head_parameters.h"
 #include "trainer/learn/uncertainty/error_samples.h"
 
 namespace nlo::trainer {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// A network as codegen/model/network.h states it, over columns of inputs: nothing folded, the standard library's
+// activations (or the runtime's, to see what they change).
+// The one forward pass that everything but flight and training uses.
+#pragma once
+
+#include <nlo/kernels/activation.h>
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model/network.h"
+
+namespace nlo::codegen {
+
+enum class Activations { kExact, kRuntime };
+
+template <class Scalar>
+class ReferenceNetwork {
+ public:
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
+  /// Copies the network, rounded to Scalar. With the runtime's activations, kTanh5e6 and kTanh5e5 are its coarser tanh.
+  explicit ReferenceNetwork(const Network& network, Activations activations = Activations::kExact);
+
+  /// out (n_out x B) for each column of `in` (n_in x B).
+  Matrix operator()(const Matrix& in) const;
+
+  /// d out / d in (in) directions (n_in x D), for one column of inputs: n_out x D.
+  Matrix jvp(const Vector& in, const Matrix& directions) const;
+
+  /// The last hidden layer for each column of `in`: n_h x B. Of a network that has one.
+  Matrix last_hidden(const Matrix& in) const;
+
+  /// Largest |activation| of each hidden layer over the columns of `in`.
+  std::vector<double> largest_activations(const Matrix& in) const;
+
+ private:
+  struct Layer {
+    Matrix weights;
+    Vector bias;
+  };
+
+  Matrix normalised(const Matrix& in) const;
+  Matrix activated(const Matrix& v) const;
+
+  Activation activation_;
+  bool exact_;
+  std::vector<Layer> layers_;
+  Matrix features_, skip_;
+  Vector feature_mean_, feature_scale_, output_mean_, output_scale_;
+};
+
+// Compiled once, for speed, in reference_network.cpp.
+extern template class ReferenceNetwork<float>;
+extern template class ReferenceNetwork<double>;
+
+}  // namespace nlo::codegen

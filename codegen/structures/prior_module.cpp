@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model/prior.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "codegen/base/identifier.h"
+#include "codegen/model/field_checks.h"
+#include "codegen/model/model_fields.h"
+#include "codegen/structures/c99_pieces.h"
+#include "codegen/structures/equation_text.h"
+#include "codegen/structures/linear_latent_fields.h"
+#include "codegen/structures/prior_dynamics.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// How many entries w has.
+Index reads_of_units(const Model& m) {
+  return 2 * m.ny() + m.nr() + m.nx();
+}
+
+/// Of [x; p].
+int carried_by(const Model& m) {
+  return m.nx() + triangle_size(m.nx());
+}
+
+int corrections_of(const Model& m) {
+  return m.nx() * (m.ny() + 2) + m.ny();
+}
+
+class PriorHeader final : public CppStructureBase {
+ public:
+  explicit PriorHeader(const ExportSource& source)
+      : CppStructureBase(source), own_(own_part<Prior>(source.model)), equations_(prior_equations(source.model)) {}
+
+  std::string title() const override { return "a learned state observer (known equations, corrected)"; }
+  std::string description() const override {
+    return fmt::format(
+               "// Prior: RK4 of the plant's equations and of their covariance. Corrected by {} gated units. Map T*: "
+               "{}.\n",
+               units_, inverse_map().description()) +
+           input_comment();
+  }
+  std::string header() const override { return "prior_observer.h"; }
+  std::vector<CppNetwork> networks() const override { return {gates(), candidate(), correction(), inverse_map()}; }
+  std::string types() const override {
+    const std::string scalar = init_.scalar_name();
+    std::string text =
+        "/// The plant's known equations: d[x; p]/dt of dx/dt = f(x, u) and its covariance; y = h(x) and "
+        "dh/dx.\nstruct Equations {\n";
+    const auto function = [&](const std::string& head, const std::string& lines) {
+      text += "  static constexpr void " + head + " {\n" + lines + "  }\n";
+    };
+    const EquationLines lines(equations_, init_, "    ", [&](const std::string& product) {
+      return fmt::format("rounded<{}>({})", scalar, product);
+    });
+    function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar,
+                         nz_ - units_),
+             lines.derivative());
+    function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + nx_)), lines.output());
+    return text + "};\n" +
+           fmt::format(
+               "using Model = PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
+               "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n"
+               "using Observer = PriorObserver<Model>;\n",
+               scalar, nx_, ny_, units_, gates().map_type(init_), candidate().map_type(init_),
+               correction().map_type(init_), inverse_map().map_type(init_), input_arguments(), input_words());
+  }
+  std::string leading_fields() const override {
+    return fmt::format(
+        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n"
+        "    .state_noise = {},\n    .output_noise = {},\n",
+        init_.vector(m_.initial_latent, "initial_latent"), init_.vector(own_.state_min, "state_min"),
+        init_.vector(own_.state_max, "state_max"), init_.vector(own_.fine, "fine"), init_.vector(own_.coarse, "coarse"),
+        init_.vector(own_.state_noise, "state_noise"), init_.vector(own_.output_noise, "output_noise"));
+  }
+
+  Index step_multiply_adds() const override {
+    constexpr Index kRk4 = 8;  // for each state: three slopes on the way, their weighted sum, the step
+    const Index equations = kRk4 * (nz_ - units_) + equations_.count(&Expression::operations);
+    const Index update = ny_ * (nx_ * nx_ + 4 * nx_ + triangle_size(static_cast<int>(nx_))) + 2 * nx_;
+    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ +
+           equations + update;
+  }
+  /// Squashed innovations and the equations' functions among them.
+  Index step_activations() const override {
+    return 3 * units_ + 3 * ny_ + nx_ + equations_.count(&Expression::functions);
+  }
+  Index own_scalars() const override { return nz_ + 2 * (nz_ - units_) + nx_ + 3 * ny_ + 1; }  // stale_after
+
+ private:
+  std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
+  CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", units_read()); }
+  CppNetwork candidate() const { return network("candidate", "CandidateLayer", "CandidateNetwork", units_read()); }
+  CppNetwork correction() const { return network("correction", "CorrectionLayer", "CorrectionNetwork", units_read()); }
+
+  const Prior& own_;
+  Equations equations_;
+  Index units_ = nz_ - equations_.carried();
+};
+
+VectorXd largest_carried(const Prior& own) {
+  return own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
+}
+
+/// Of [m; w].
+VectorXd largest_reads(const Model& m, const Prior& own) {
+  const Index units = m.nz() - carried_by(m);
+  VectorXd largest(units + reads_of_units(m));
+  largest << VectorXd::Ones(units + 2 * m.ny()), largest_readings(m), largest_carried(own).head(m.nx());
+  return largest;
+}
+
+void check_parameters(const EquationTexts& texts) {
+  constexpr double kLargest = 1e15;  // as of a number in an expression
+  for (std::size_t i = 0; i < texts.parameters.size(); ++i) {
+    const auto& [name, value] = texts.parameters[i];
+    if (!is_identifier(name)) fail("equations.parameters[{}] has a name that is not an identifier", i);
+    if (!(std::abs(value) < kLargest))
+      fail("equations.parameters.{} is {}; it must be below {:g}", name, value, kLargest);
+  }
+}
+
+/// From wherever x is kept, a piece of a step and its innovation stay far from float's largest. Slopes that RK4 meets
+/// beyond may have no bound, of quotients and functions: what has none in flight is not a number, and resets.
+void check_bounded(const Model& m, const Prior& own, const Equations& equations) {
+  constexpr double kLongestPiece = 1.5;  // sample periods
+  const int carried = carried_by(m);
+  std::vector<Interval> x;
+  for (Index i = 0; i < carried; ++i) x.emplace_back(own.state_min(i), own.state_max(i));
+  const auto check = [](Interval of, const char* what, Index i) {
+    if (!of.bounded())
+      fail(
+          "equations.{}[{}] has no bound where state_min and state_max keep x: it may divide by 0, or ask a function "
+          "where it has no value",
+          what, i);
+    if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))
+      fail(
+          "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
+          what, i, of.low, of.high, kLargestNumber);
+  };
+  // Behind the outputs are their slopes, behind f what it makes of the covariance.
+  const auto check_all = [&](const std::vector<Interval>& all, const char* first, Index count, const char* others) {
+    for (Index i = 0; i < static_cast<Index>(all.size()); ++i) {
+      const Interval& one = all[static_cast<std::size_t>(i)];
+      if (i < count) check(one, first, i);
+      if (i >= count) check(one, others, i - count);
+    }
+  };
+  std::vector<Interval> y(static_cast<std::size_t>(m.ny() * (1 + m.nx())));
+  equations.output(x.data(), y.data());
+  check_all(y, "outputs", m.ny(), "slopes");
+  const auto inputs = [&](double, Interval* u) {
+    for (std::size_t j = 0; j < m.inputs.size(); ++j)
+      u[j] = {m.input_min(static_cast<Index>(j)), m.input_max(static_cast<Index>(j))};
+  };
+  std::vector<Interval> u(m.inputs.size()), slope(x.size());
+  inputs(0.0, u.data());
+  equations.derivative(x.data(), u.data(), slope.data());
+  check_all(slope, "derivative", m.nx(), "covariance");
+  equations.step(x.data(), Interval(0.0, kLongestPiece * m.sample_period_s), inputs);
+  for (Interval& next : x)
+    if (!next.bounded()) next = Interval(0.0);
+  check_all(x, "derivative", m.nx(), "covariance");
+}
+
+std::vector<std::string> texts(const Field& field) {
+  std::vector<std::string> list;
+  for (std::size_t i = 0; i < field.array_size(); ++i) list.push_back(text(field[i]));
+  return list;
+}
+
+std::string json_texts(const std::vector<std::string>& list) {
+  std::string all;
+  for (const std::string& text : list) all += (all.empty() ? "" : ", ") + json_text(text);
+  return "[" + all + "]";
+}
+
+class PriorModule final : public StructureModule {
+ public:
+  std::string_view name() const override { return "prior"; }
+
+  std::vector<const char*> keys() const override {
+    return {"equations",    "state_min", "state_max", "fine",       "coarse",     "state_noise",
+            "output_noise", "gates",     "candidate", "correction", "inverse_map"};
+  }
+  void read(const Field& file, Model& m) const override {
+    const Field equations = file["equations"], parameters = equations["parameters"];
+    equations.allow_only({"derivative", "outputs", "parameters"});
+    EquationTexts known{texts(equations["derivative"]), texts(equations["outputs"])};
+    parameters.expect(parameters.value.is_object(), "an object of numbers");
+    for (const auto& [name, value] : parameters.value.items())
+      known.parameters.emplace_back(name, number({value, parameters.path + "." + name}));
+    m.structure = Prior{
+        std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),    vector(file["fine"]),
+        vector(file["coarse"]),     vector(file["state_noise"]), vector(file["output_noise"]), network(file["gates"]),
+        network(file["candidate"]), network(file["correction"]), network(file["inverse_map"])};
+  }
+  void write(const Model& m, JsonObject& file) const override {
+    const Prior& own = own_part<Prior>(m);
+    JsonObject equations(file.inner());
+    equations.field("derivative", json_texts(own.equations.derivative));
+    equations.field("outputs", json_texts(own.equations.outputs));
+    std::string parameters;
+    for (const auto& [name, value] : own.equations.parameters)
+      parameters += (parameters.empty() ? "" : ", ") + json_text(name) + ": " + literal(value);
+    equations.field("parameters", "{" + parameters + "}");
+    file.field("equations", equations.text());
+    file.vector("state_min", own.state_min);
+    file.vector("state_max", own.state_max);
+    file.vector("fine", own.fine);
+    file.vector("coarse", own.coarse);
+    file.vector("state_noise", own.state_noise);
+    file.vector("output_noise", own.output_noise);
+    file.network("gates", own.gates);
+    file.network("candidate", own.candidate);
+    file.network("correction", own.correction);
+    file.network("inverse_map", own.inverse_map);
+  }
+  void check(const Model& m) const override {
+    check_no_angles(m);
+    const Prior& own = own_part<Prior>(m);
+    const int carried = carried_by(m), units = m.nz() - carried;
+    if (units < 1)
+      fail("there are {} latent states; there must be more than {}, for {} states and their covariance", m.nz(),
+           carried, m.nx());
+    check_parameters(own.equations);
+    const Equations equations = prior_equations(m);
+    if (equations.ny() != m.ny())
+      fail("equations.outputs has {} expressions, and there are {} outputs; give one for each", equations.ny(), m.ny());
+    check_shape(own.state_min, carried, "state_min", "n_x and the covariance");
+    check_shape(own.state_max, carried, "state_max", "n_x and the covariance");
+    check_range(own.state_min, own.state_max, "state");
+    for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
+      check_shape(*limit, m.ny(), field, "n_y");
+      check_positive(*limit, field);
+    }
+    check_shape(own.state_noise, m.nx(), "state_noise", "n_x");
+    check_positive(own.state_noise, "state_noise");
+    check_shape(own.output_noise, m.ny(), "output_noise", "n_y");
+    check_positive(own.output_noise, "output_noise");
+    check_bounded(m, own, equations);
+    const VectorXd largest = largest_reads(m, own);
+    check_gate_layer(own.gates, largest, 2 * units, "gates", "n_u x (n_m + n_w)");
+    check_gate_layer(own.candidate, largest, units, "candidate", "n_u x (n_m + n_w)");
+    check_gate_layer(own.correction, largest, corrections_of(m), "correction", "n_u x (n_m + n_w)");
+    for (Index r = 0; r < units; ++r)
+      if (!(std::abs(m.initial_latent(r)) <= 1.0))
+        fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
+    for (Index i = 0; i < carried; ++i)
+      if (const double x = m.initial_latent(units + i); !(x >= own.state_min(i) && x <= own.state_max(i)))
+        fail("initial_latent[{}] is {}; x starts within state_min and state_max", units + i, x);
+    check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
+    VectorXd read(m.nz() + m.nr());
+    read << VectorXd::Ones(units), largest_carried(own), largest_readings(m);
+    check_sums(own.inverse_map, read, "inverse_map");
+  }
+
+  std::vector<Named<Network>> networks(Model& m) const override {
+    Prior& own = own_part<Prior>(m);
+    const Index all = m.nz() - carried_by(m) + reads_of_units(m);
+    return {{"gates", &own.gates, all},
+            {"candidate", &own.candidate, all},
+            {"correction", &own.correction, all},
+            {"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)}};
+  }
+  Network* inverse_map(Model& m) const override { return &own_part<Prior>(m).inverse_map; }
+  bool reads_stalenesses() const override { return true; }
+
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
+    return std::make_unique<PriorDynamics<float>>(m, a);
+  }
+  std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations a) const override {
+    return std::make_unique<PriorDynamics<double>>(m, a);
+  }
+
+  std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
+    return std::make_unique<PriorHeader>(source);
+  }
+  Abilities abilities() const override { return {.c99 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const Prior& own = own_part<Prior>(source.model);
+    const Initialiser& init = source.init;
+    const Equations equations = prior_equations(source.model);
+    const EquationLines lines(equations, init, "  ", [](const std::string& product) { return "(" + product + ")"; });
+    return {{"LATENT", "c99/prior.c.in"},
+            {"DECAYS", "true"},
+            {"BETWEEN", ""},
+            {"LONGEST_GAP", std::to_string(kMostPieces)},
+            {"FIRST", "    correct(REGULAR_STEP, o->z, o->y);\n"},
+            {"STEP_DT_COST",
+             "Some 200 operations a unit more than a sample period, and the equations once for each period"},
+            {"UNITS", std::to_string(source.model.nz() - carried_by(source.model))},
+            {"INPUTS", std::to_string(source.model.inputs.size())},
+            {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},
+            {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
+            {"DERIVATIVE", lines.derivative()},
+            {"OUTPUT", lines.output()},
+            {"FUNCTIONS", c99_functions(equations, init)},
+            {"STATE_MIN", init.vector(own.state_min, "state_min")},
+            {"STATE_MAX", init.vector(own.state_max, "state_max")},
+            {"FINE", init.vector(own.fine, "fine")},
+            {"COARSE", init.vector(own.coarse, "coarse")},
+            {"STATE_NOISE", init.vector(own.state_noise, "state_noise")},
+            {"OUTPUT_NOISE", init.vector(own.output_noise, "output_noise")},
+            {"LEAST_NOISE", init(1.0 + static_cast<double>(kLeastNoise), "the least noise")},
+            {"SIXTH", init(1.0 / 6, "a sixth")},
+            {"THIRD", init(1.0 / 3, "a third")}};
+  }
+};
+
+}  // namespace
+
+const StructureModule& prior_module() {
+  static const PriorModule module;
+  return module;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// nlo evaluate: a model on new trajectories of its plant, or on logs it was not trained on.
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "codegen/model_file/model_file.h"
+#include "trainer/app/commands/command.h"
+#include "trainer/app/commands/log_columns.h"
+#include "trainer/app/commands/options.h"
+#include "trainer/app/commands/patient_progress.h"
+#include "trainer/app/commands/run_files.h"
+#include "trainer/base/printable.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/log_files.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/data/training_logs.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/judge/compare/runs_under.h"
+#include "trainer/judge/compare/strict_study.h"
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate_logs.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
+#include "trainer/plants/excitation.h"
+#include "trainer/plants/plant_channels.h"
+#include "trainer/plants/plant_registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct EvaluateArguments {
+  std::vector<std::string> models, noise_words, data, missing;
+  std::vector<double> from_s;
+  std::string columns, input_noise = "none";
+  LogFlight flight;
+  RunFiles files;
+  StrictTest test;
+  Condition common;  ///< what all noises are tested under
+  std::vector<NoiseConfig> noises;
+  bool json = false;
+  std::string plant_option;  ///< the first that was given of those that are for plants
+};
+
+/// Parsing fills `arguments`. Returns the options that are for plants.
+std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArguments& arguments) {
+  Options options(*command);
+  options
+      .value("MODEL", arguments.models, "model.json of nlo train; several of one experiment: means over training seeds")
+      ->required();
+  options.repeated(
+      "--noise", arguments.noise_words,
+      "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
+      "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, +clipped:LIMIT, +quantised:STEP, "
+      "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, likewise +stuck (its last value) "
+      "and +dead (zero); or one for each output with commas between; may be repeated");
+  options.seed(arguments.test.seed, "seed of the initial states and the noise");
+  std::vector<std::string> against = alternative_names();
+  against.emplace_back(kTrueEkf);
+  const std::vector<CLI::Option*> for_plants = {
+      options.number("--seeds", arguments.test.test_sets, 1, 10000,
+                     "number of test sets, from --seed on: means and standard errors"),
+      options
+          .shown("--box-scale", arguments.common.box_scale,
+                 "initial states from the training box times this (circle: its axes; list: about its mean)")
+          ->check(check_scale),
+      options.number("--trajectories", arguments.test.trajectories, 1, 100000,
+                     "number of new trajectories in a test set"),
+      options.repeated("--input", arguments.common.inputs,
+                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; else as the "
+                       "experiment's [excitation] says",
+                       "EXPR"),
+      options
+          .value("--input-noise", arguments.input_noise,
+                 "noise of the inputs that the observer reads, in the same words; the plant has none", "NOISE")
+          ->allow_extra_args(false),
+      options.changes(arguments.common.changes,
+                      "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, excitation.KEY=VALUE, "
+                      "feedback.KEY=VALUE; may be repeated"),
+      options
+          .list("--against", arguments.test.against,
+                "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant), "
+                "static_ridge (knows no plant); constant and ridge are always shown")
+          ->check(CLI::IsMember(against))};
+  options.value("--data", arguments.data, "CSV logs (or globs) to evaluate on, instead of the plant");
+  options.value("--columns", arguments.columns,
+                "roles of the logs' columns: [[log.columns]] as in an experiment; else those the model was trained "
+                "with, or headings that are the names of its outputs and states, and \"time\"",
+                "FILE.toml");
+  options.list("--from", arguments.from_s,
+               "with --data: start the observer this long after a log's first sample [s]; several: once for each",
+               "SECONDS");
+  options.list("--missing", arguments.missing,
+               "with --data: an output that fails at the first sample, or SECONDS later: it is missing, or lies (stuck "
+               "repeats its last reading, dead is 0); may be repeated, or with commas between",
+               "OUTPUT[:missing|stuck|dead[:SECONDS]]");
+  options.flag("--behind-gate", arguments.flight.behind_gate,
+               "with --data: the observer sees what the gate of its monitor lets through (nlo monitor)");
+  options.value("--figure", arguments.files.figure,
+                "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
+                "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...",
+                "FILE.svg");
+  options.value("--estimates", arguments.files.estimates,
+                "with --data: inputs and estimates of the observer, sample by sample; several as above", "FILE.csv");
+  options.threads(arguments.test.threads, "0: all cores");
+  options.flag("--json", arguments.json, "one JSON array instead of tables: an object for each noise");
+  command->footer(
+      "Beside the observer stand a constant and a ridge regression on the observer's own features; on logs the sensor\n"
+      "itself, polynomials and a ridge regression on products of readings, too. These are fitted on the training logs\n"
+      "where they lie in the same folder, else on the very logs of the test, in hindsight.\n"
+      "Examples:\n"
+      "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
+      "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
+      "  nlo evaluate runs/van_der_pol/model.json --set plant.parameters.mu=1.2 --against ekf,ekf_true\n"
+      "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
+      "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
+      "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
+      "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n"
+      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
+  return for_plants;
+}
+
+void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
+  if (model.states.size() == nx && model.outputs.size() == ny) return;
+  throw codegen::Error(
+      fmt::format("{}: has {} states and {} outputs, but its config describes {} and {}; the file was "
+                  "changed: train it again",
+                  path, model.states.size(), model.outputs.size(), nx, ny));
+}
+
+/// Standard errors over training seeds mean something only when nothing but the seed differs.
+void require_one_experiment(const std::vector<NamedModel>& models) {
+  std::string first;
+  for (const NamedModel& model : models) {
+    Experiment experiment = experiment_of(model.model, model.name);
+    experiment.seed = 0;
+    const std::string text = format_experiment(experiment);
+    if (first.empty()) first = text;
+    if (text != first)
+      throw codegen::Error(
+          fmt::format("{}: was trained by another experiment than {}; several models must differ in "
+                      "their seed alone: evaluate them one by one",
+                      model.name, models.front().name));
+  }
+}
+
+void print(const EvaluateArguments& arguments, const std::vector<std::string>& results) {
+  if (arguments.json) return fmt::print("{}", json_array(results));
+  for (const std::string& result : results)
+    fmt::print("{}{}", &result == &results.front() ? "" : "\n", printable(result));
+}
+
+void check_input_noise(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Plant& plant) {
+  const NoiseConfig& noise = arguments.common.input_noise;
+  if (noise.none()) return;
+  for (const NamedModel& model : models)
+    if (model.model.nu() == 0)
+      throw codegen::Error(
+          fmt::format("--input-noise: {} is told no inputs; leave it out, or train with [excitation]", model.name));
+  try {
+    check_noise(noise, plant.inputs().size());
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(
+        fmt::format("--input-noise is not a noise for {} inputs: {}", plant.inputs().size(), error.what()));
+  }
+}
+
+void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+  require_one_experiment(models);
+  const Experiment tested = changed_experiment(experiment, arguments.common.changes);
+  const auto plant = make_plant(*tested.plant);
+  const PlantChannels channels(*tested.plant, *plant);
+  for (const NamedModel& model : models)
+    check_channels(model.model, channels.states().size(), channels.outputs().size(), model.name);
+  for (const NoiseConfig& noise : arguments.noises) check_noise(noise, plant->outputs().size());
+  check_input_noise(arguments, models, *plant);
+  parse_excitation(*plant, arguments.common.inputs);  // wrong usage is said before anything runs
+  const auto& against = arguments.test.against;
+  if (arguments.common.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
+    throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
+  const double scale = arguments.common.box_scale;
+  const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
+  PatientProgress progress;
+  const auto studies = run_phase([&] {
+    return run_strict_study(models, experiment, arguments.test,
+                            [&](double share) { progress.update(share, "test sets"); });
+  });
+  progress.finish();
+  std::vector<std::string> results;
+  for (const EvaluationStudy& study : studies)
+    results.push_back(arguments.json ? evaluation_json(study, scale) : evaluation_text(study, note));
+  print(arguments, results);
+}
+
+/// A model of an older version does not remember its logs: nothing is said then.
+void note_training_logs(const codegen::Model& model, const Dataset& logs, LogReport& report) {
+  for (const auto& [name, fact] : model.provenance) {
+    if (name != kTrainingLogsFact) continue;
+    const TrainingLogs training = parse_training_logs(fact);
+    note_rows_of_training(training, report.contents, report.notes);
+    note_outputs_beyond(training, logs, report.notes);
+  }
+}
+
+void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+  PatientProgress progress;
+  std::vector<std::string> unit_notes;
+  LogConfig columns = columns_for(models.front().model, experiment, arguments.columns, unit_notes);
+  // The model's clock: a log at another rate must not count as even.
+  columns.sample_period_s = models.front().model.sample_period_s;
+  if (arguments.columns.empty()) {
+    const LogSchema all = resolve_columns(columns);
+    for (const NamedModel& model : models)
+      check_channels(model.model, all.state_channels.size(), all.output_channels.size(), model.name);
+  }
+  leave_out_absent_truth(columns, arguments.data);
+  const LogSchema schema = resolve_columns(columns);
+  for (const NoiseConfig& noise : arguments.noises) check_noise(noise, schema.outputs.size());
+  progress.update(0.0, "reading the logs");
+  LogReport report;
+  Dataset logs = load_logs(columns, "", arguments.data, &report);
+  report.notes.insert(report.notes.begin(), unit_notes.begin(), unit_notes.end());
+  if (!arguments.from_s.empty()) logs = started_at(logs, arguments.from_s);
+  const std::optional<Dataset> training =
+      training_logs_beside(models.front().model, experiment, columns, arguments.data);
+  const MetricsConfig config = metrics_config(experiment, logs);
+  std::vector<std::string> results;
+  const auto all = static_cast<double>(models.size() * arguments.noises.size());
+  for (const NamedModel& model : models) {
+    LogReport found = report;
+    note_training_logs(model.model, logs, found);
+    for (const NoiseConfig& noise : arguments.noises) {
+      const auto done = static_cast<double>(results.size());
+      LogEvaluation evaluation = run_phase([&] {
+        return evaluate_on_logs(
+            model.model, logs, schema, training ? &*training : nullptr, noise, arguments.test.seed, config,
+            [&](double share, const std::string& what) { progress.update((done + share) / all, what); },
+            arguments.flight);
+      });
+      evaluation.notes.insert(evaluation.notes.end(), found.notes.begin(), found.notes.end());
+      results.push_back(arguments.json ? evaluation_json(model.name, evaluation)
+                                       : evaluation_text(model.name, evaluation));
+      if (!arguments.files.any()) continue;
+      progress.finish();
+      run_phase(
+          [&] { write_run_files(arguments.files, model.model, evaluation, has_uniform_steps(logs, model.model)); });
+    }
+  }
+  progress.finish();
+  print(arguments, results);
+}
+
+void run_evaluate(EvaluateArguments arguments) {
+  for (const std::string& noise : arguments.noise_words) arguments.noises.push_back(parse_noise(noise));
+  if (arguments.noise_words.empty()) arguments.noises.emplace_back();
+  arguments.common.input_noise = parse_noise(arguments.input_noise);
+  arguments.test.conditions = conditions_of(arguments.noises, arguments.common);
+  std::vector<NamedModel> models;
+  for (const std::string& path : arguments.models) models.push_back({path, codegen::read_model(path)});
+  const std::string& first = arguments.models.front();
+  const Experiment experiment = experiment_of(models.front().model, first);
+  const auto refuse = [&](const std::string& what) { throw codegen::Error(fmt::format("{}: {}", first, what)); };
+  if (arguments.data.empty()) {
+    if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
+    if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
+    if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
+    if (arguments.flight.behind_gate) refuse("--behind-gate is about logs; name them too: --data FILE...");
+    if (arguments.files.any()) refuse("--figure and --estimates are about logs; name them too: --data FILE...");
+    if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
+    on_plant(arguments, models, experiment);
+  } else {
+    for (const std::string& word : arguments.missing) arguments.flight.faults.push_back(parse_fault(word));
+    for (const NamedModel& model : models)
+      if (arguments.flight.behind_gate && !model.model.monitor)
+        throw codegen::Error(fmt::format("--behind-gate: {} has no monitor; make one: nlo monitor", model.name));
+    if (!arguments.plant_option.empty())
+      refuse(
+          fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "
+                      "leave it out",
+                      arguments.plant_option));
+    if (arguments.files.any() && (models.size() > 1 || arguments.noises.size() > 1))
+      refuse("--figure and --estimates write what one model makes of its logs with one --noise");
+    check_run_files(arguments.files);
+    on_logs(arguments, models, experiment);
+  }
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::App* command = app.add_subcommand("evaluate", "Measure how well a model estimates the state");
+  const std::vector<CLI::Option*> for_plants = add_evaluate_options(command, *arguments);
+  command->callback([arguments, &action, for_plants] {
+    for (const CLI::Option* option : for_plants)
+      if (option->count() > 0 && arguments->plant_option.empty()) arguments->plant_option = option->get_name();
+    action = [arguments] { run_evaluate(*arguments); };
+  });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/experiments/section_keys.h"
+
+#include <fmt/format.h>
+
+#include "codegen/model/activations.h"
+#include "trainer/base/number_text.h"
+#include "trainer/config/value.h"
+#include "trainer/learn/losses/loss_registry.h"
+#include "trainer/learn/optim/optimiser.h"
+#include "trainer/structures/structure_table.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Of a section that is a network and nothing else.
+template <class Section>
+std::vector<Key<Section>> network_keys() {
+  return {
+      key("hidden", &Section::hidden, between(1, 4096), "widths of the hidden layers"),
+      key("activation", &Section::activation, one_of(codegen::activation_names()), "of the hidden layers"),
+  };
+}
+
+/// One that older experiments do not have.
+template <class Section>
+Key<Section> only_when_given(Key<Section> key) {
+  key.only_when_given = true;
+  return key;
+}
+
+/// Numbers and words that stand for no value; a text that reads as a number is one.
+template <class Section>
+Key<Section> missing_key(std::string meaning) {
+  return only_when_given<Section>({"missing", "[number or text, ...]", std::move(meaning),
+                                   [](Section& section, const Toml& value, const std::string& where) {
+                                     std::vector<std::string> cells;
+                                     for (const Toml& each : list_of(value, where, any())) {
+                                       const std::string at = fmt::format("{}[{}]", where, cells.size());
+                                       std::string text;
+                                       if (each.is_string()) {
+                                         read_value(each, at, any(), text);
+                                       } else {
+                                         double number = 0.0;
+                                         read_value(each, at, any(), number);
+                                         text = shortest_text(number);
+                                       }
+                                       cells.push_back(std::move(text));
+                                     }
+                                     section.missing = std::move(cells);
+                                   },
+                                   [](const Section& section) { return show_cells(section.missing); }});
+}
+
+/// Full turns, one for each state or output.
+Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*field, std::string meaning) {
+  return {
+      std::move(name), "[number >= 0, \"2pi\" or \"360deg\", ...]", std::move(meaning),
+      [=](PlantConfig& plant, const Toml& value, const std::string& where) { read_wraps(value, where, plant.*field); },
+      [=](const PlantConfig& plant) { return show_value(plant.*field); }};
+}
+
+/// Numbers, and ranges that runs draw from.
+Key<PlantConfig> parameters_key() {
+  return {"parameters", "{ NAME = number or [low, high], ... }",
+          "of the expressions or of the built-in plant; a range: drawn for each trajectory",
+          [](PlantConfig& plant, const Toml& value, const std::string& where) {
+            read_parameters(value, where, plant.parameters, plant.parameter_ranges);
+          },
+          [](const PlantConfig& plant) { return show_parameters(plant.parameters, plant.parameter_ranges); }};
+}
+
+/// Of every structure; those that a structure alone has are its module's.
+std::vector<Key<ObserverConfig>> common_observer_keys() {
+  using O = ObserverConfig;
+  return {
+      key("structure", &O::structure, one_of(structure_names()), "equations of the observer"),
+      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output and input"),
+      key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
+      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
+      key("output_injection", &O::output_injection, names_of<Injection>(),
+          "F; unit_gain: F = -lambda, so that z settles at y"),
+      key("hold", &O::hold, names_of<Hold>(), "what y does between samples"),
+      key("start", &O::start, names_of<LatentStart>(), "z(0); steady: where z would settle at the first output"),
+      key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
+      key("features", &O::features, names_of<FeatureSet>(), "what T* reads: z; z and y; z - y and y (angles need it)"),
+      key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
+          "of known inputs: the u given has acted since the last sample, or runs as y does"),
+  };
+}
+
+/// The weight of a loss: [loss] TERM.
+Key<LossConfig> weight_key(const LossTerm& term) {
+  const Rule rule = at_least(0);
+  const std::string name(term.name);
+  return {name, type_of(0.0) + " " + rule.in_words(), std::string(term.meaning),
+          [=](LossConfig& loss, const Toml& value, const std::string& where) {
+            read_value(value, where, rule, loss.weights[name]);
+          },
+          [=](const LossConfig& loss) { return show_value(loss.weight(name)); }};
+}
+
+}  // namespace
+
+template <>
+const std::vector<Key<Experiment>>& keys() {
+  using E = Experiment;
+  static const std::vector<Key<E>> kKeys = {
+      key("name", &E::name, identifiers(), "names the model and what is exported"),
+      key("seed", &E::seed, at_least(0), "of the initial states, the weights, the noise and the samples"),
+      key("threads", &E::threads, between(0, 1024), "0: all cores; the bytes of a run do not depend on it"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<PlantConfig>>& keys() {
+  using P = PlantConfig;
+  static const std::vector<Key<P>> kKeys = {
+      key("model", &P::model, any(), "a built-in plant; or leave it out and give equations"),
+      key("states", &P::states, identifiers(), "names of the states"),
+      key("state_units", &P::state_units, any(), "one for each state, if they have any"),
+      key("derivative", &P::derivative, any(), "dx/dt, an expression for each state over states, parameters, inputs"),
+      key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
+      key("output_units", &P::output_units, any(), "one for each output, if they have any"),
+      key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
+      wraps_key("state_wraps", &P::state_wraps, "full turns of angles in their units, one for each state; 0: no angle"),
+      wraps_key("output_wraps", &P::output_wraps, "the same, one for each output"),
+      key("state_encodings", &P::state_encodings, names_of<Encoding>(),
+          "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
+      key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
+      key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
+      key("even", &P::even, identifiers(), "names of the states, outputs and inputs that mirror leaves as they are"),
+      key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; at 0 without [excitation]"),
+      key("input_units", &P::input_units, any(), "one for each input, if they have any"),
+      key("input_field", &P::input_field, any(),
+          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input; or derivative names the inputs"),
+      parameters_key(),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<SimulationConfig>>& keys() {
+  using S = SimulationConfig;
+  static const std::vector<Key<S>> kKeys = {
+      key("horizon_s", &S::horizon_s, positive(), "length of a trajectory [s]"),
+      key("sample_period_s", &S::sample_period_s, positive(), "of the observer and of the simulation (RK4) [s]"),
+      key("trajectories", &S::trajectories, between(1, 1e6), "how many are simulated to train on"),
+      key("initial_distribution", &S::initial_distribution, names_of<InitialDistribution>(),
+          "over the box; gaussian: its centre, half widths = 1 sigma; circle: initial_axes; list: initial_states"),
+      key("initial_low", &S::initial_low, any(), "lower corner of the training box, one number for each state"),
+      key("initial_high", &S::initial_high, any(), "its upper corner; where both are equal, the state starts there"),
+      key("initial_centre", &S::initial_centre, any(), "circle: its centre, one number for each state (the origin)"),
+      key("initial_axes", &S::initial_axes, any(), "circle: two half axes, each with one number for each state"),
+      key("initial_states", &S::initial_states, any(),
+          "list: states to start from, each as often as the others; one alone: always there"),
+      key("process_noise", &S::process_noise, at_least(0),
+          "white noise on dx/dt, its standard deviation per sqrt(s), one for each state; none unless given"),
+      only_when_given(key("noise", &S::noise, any(),
+                          "beside [log]: noise of the sensors of simulated runs; a list: one for each output")),
+      only_when_given(key("share", &S::share, share_below_one(), "beside [log]: of a step's segments, simulated ones")),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<LogConfig>>& keys() {
+  using L = LogConfig;
+  static const std::vector<Key<L>> kKeys = {
+      key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: that of the time stamps"),
+      only_when_given(key(
+          "every", &L::every, between(1, 1000),
+          "the observer is given each n-th row; sample_period_s is of those rows, velocities are computed from all")),
+      only_when_given<L>({"separator", "\",\", \";\", \"tab\" or \"space\"",
+                          "between the cells of a row; space: any number of them",
+                          [](L& log, const Toml& value, const std::string& where) {
+                            if (value.is_string() && value.as_string().str == "\t")
+                              log.separator = "tab";
+                            else
+                              read_value(value, where, one_of({",", ";", "tab", "space"}), log.separator);
+                          },
+                          [](const L& log) { return show_value(log.separator); }}),
+      only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "what separates the decimals of a number")),
+      missing_key<L>("numbers and words in cells that stand for no value, of all columns: [-9999, \"ERR\"]"),
+      key("max_gap_s", &L::max_gap_s, at_least(0),
+          "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
+      key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
+      key("validation_files", &L::validation_files, any(), "the same, for the errors shown while training"),
+      key("test_files", &L::test_files, any(), "the same, for the report; never seen by training"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ColumnConfig>>& keys() {
+  using C = ColumnConfig;
+  static const std::vector<Key<C>> kKeys = {
+      key("name", &C::name, identifiers(), "in reports and in the exported header"),
+      key("column", &C::column, any(), "its heading in the file; the same as name unless given"),
+      key("role", &C::role, names_of<ColumnRole>(), "what the column is"),
+      key("unit", &C::unit, any(), "of the values that the observer has: \"rad/s\"; of the time: s, ms, us or ns"),
+      only_when_given(
+          key("file_unit", &C::file_unit, any(),
+              "of the cells, where it is another one of the same kind (cm for m, deg for rad): they convert")),
+      only_when_given(key("scale", &C::scale, any(), "value = scale * cell + offset, before file_unit converts")),
+      only_when_given(key("offset", &C::offset, any(), "the same")),
+      missing_key<C>("numbers and words in its cells that stand for no value, beside those of [log]: [-9999]"),
+      {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
+       [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
+       [](const C& c) { return show_value(c.wrap); }},
+      key("encoding", &C::encoding, names_of<Encoding>(), "of an angle; sincos: two channels NAME_sin and NAME_cos"),
+      key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
+      only_when_given(key("expression", &C::expression, any(),
+                          "an output that is computed of others and of inputs, in flight too: \"speed * rate\"; + - *, "
+                          "powers to 4, numbers")),
+      key("odd", &C::odd, any(),
+          "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
+      only_when_given<C>(
+          {"delay_s", "number >= 0, or \"estimate\"",
+           "of an input: how much later than the column says the plant sees it [s]; estimate: found in the training "
+           "logs",
+           [](C& c, const Toml& value, const std::string& where) { read_delay(value, where, c.delay_s, c.find_delay); },
+           [](const C& c) { return c.find_delay ? show_value(std::string("estimate")) : show_value(c.delay_s); }}),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<VelocityFilterConfig>>& keys() {
+  using V = VelocityFilterConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("order", &V::order, between(1, 8), "of the Butterworth low-pass, run forwards and backwards"),
+      key("cutoff_hz", &V::cutoff_hz, positive(), "its cut-off [Hz]"),
+      key("mask_edges_s", &V::mask_edges_s, at_least(0), "truth this near to either end of a log does not count [s]"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ObserverConfig>>& keys() {
+  static const std::vector<Key<ObserverConfig>> kKeys = [] {
+    std::vector<Key<ObserverConfig>> all = common_observer_keys();
+    for (const TrainableStructure* structure : structure_table())
+      for (Key<ObserverConfig>& own : structure->own_keys())
+        if (!has_key(all, own.name)) all.push_back(std::move(own));  // structures may share one
+    return all;
+  }();
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<InverseMapConfig>>& keys() {
+  using I = InverseMapConfig;
+  static const std::vector<Key<I>> kKeys = {
+      key("hidden", &I::hidden, Rule{.low = 1, .high = 1024, .at_most = 16}, "widths of the hidden layers of T*"),
+      key("activation", &I::activation, one_of(codegen::activation_names()), "of the hidden layers"),
+      key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
+      key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
+      only_when_given(key("error", &I::error, any(),
+                          "T* also gives the standard deviation of each state's error, calibrated on validation runs")),
+      only_when_given(key("readout", &I::readout, names_of<ReadoutChoice>(),
+                          "selected: for each state the network, a linear row or a blend of both, as validation data "
+                          "decide; network: T* as trained")),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<DynamicsConfig>>& keys() {
+  static const auto kKeys = network_keys<DynamicsConfig>();
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ForwardMapConfig>>& keys() {
+  static const auto kKeys = network_keys<ForwardMapConfig>();
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<LossConfig>>& keys() {
+  using L = LossConfig;
+  static const std::vector<Key<L>> kKeys = [] {
+    std::vector<Key<L>> all;
+    for (const LossTerm& term : loss_terms()) all.push_back(weight_key(term));
+    // Models record their experiment with the keys in this order: reduction behind the first weight.
+    all.insert(
+        all.begin() + 1,
+        key("reduction", &L::reduction, names_of<Reduction>(),
+            "of running costs: over time, the integral is larger by the horizon; or the mean logarithm of eight runs' "
+            "each, so that runs of little noise count as much as others"));
+    all.insert(
+        all.end(),
+        {key("collocation", &L::collocation, names_of<EquationPoints>(), "where (5) is asked for"),
+         key("collocation_low", &L::collocation_low, any(), "lower corner of that box, one number for each state"),
+         key("collocation_high", &L::collocation_high, any(), "its upper corner"),
+         key("collocation_points", &L::collocation_points, between(1, 1e7), "how many points are drawn from the box"),
+         key("scale", &L::scale, names_of<ErrorScale>(),
+             "squared errors in the units of x and z, or by their deviation")});
+    return all;
+  }();
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<TrainingConfig>>& keys() {
+  using T = TrainingConfig;
+  static const std::vector<Key<T>> kKeys = {
+      key("mode", &T::mode, names_of<TrainingMode>(), "what one step sees of the trajectories"),
+      key("steps", &T::steps, between(0, 1e8),
+          "optimiser steps (full_batch: epochs); 0: T* stays the ridge regression of linear_path"),
+      key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
+      key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
+      key("segment_s", &T::segment_s, at_least(0), "random segments of this length [s]; 0: whole trajectories"),
+      only_when_given(key("first_segment_s", &T::first_segment_s, at_least(0),
+                          "segments are this long at first [s], and segment_s from half of the steps on; 0: always")),
+      only_when_given(key("first_share", &T::first_share, between(0, 1),
+                          "this share of the segments begins at a run's first sample, the others anywhere")),
+      key("early_s", &T::early_s, at_least(0), "the time that early_share speaks of [s]"),
+      key("early_share", &T::early_share, share_below_one(), "this share of the samples has t < early_s"),
+      key("optimiser", &T::optimiser, one_of(optimiser_names()), "gradient method"),
+      key("learning_rate", &T::learning_rate, positive(), "of the weights"),
+      key("eigenvalue_learning_rate", &T::eigenvalue_learning_rate, at_least(0), "0: the same as learning_rate"),
+      key("schedule", &T::schedule, one_of(schedule_names()), "of the learning rates"),
+      key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true}, "of the exponential schedule, per step"),
+      only_when_given(key("gradient_clip", &T::gradient_clip, at_least(0),
+                          "a gradient with a larger norm is scaled down to it; 0: as it is")),
+      key("weight_decay", &T::weight_decay, at_least(0), "of T*'s weights, decoupled as in AdamW"),
+      key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
+      key("noise", &T::noise, any(),
+          "added to the outputs, drawn again in each step; a list: one for each output; see nlo evaluate --noise"),
+      only_when_given(key("noise_mixture", &T::noise_mixture, any(),
+                          "instead of noise: trajectories have these noises in turn, one observer for all")),
+      only_when_given(key("input_noise", &T::input_noise, any(),
+                          "the same on the inputs that the observer reads; the plant has them without it")),
+      key("noise_level_max", &T::noise_level_max, at_least(0),
+          "> 0: each trajectory's noise is scaled by a number in [0, max]"),
+      only_when_given(key("dropout", &T::dropout, share_below_one(),
+                          "a sensor of [observer] may_fail is missing in this share of the segments")),
+      key("mirror", &T::mirror, any(),
+          "half of the segments are mirrored: all channels but those declared even change their sign; checked"),
+      key("gradient", &T::gradient, names_of<LatentGradient>(),
+          "of the latent system; automatic: the exact filter where it is linear, else backprop"),
+      key("transient", &T::transient, names_of<Transient>(),
+          "drop: samples at t < t_c do not count; backward: t_c of the plant's past comes before each"),
+      key("transient_factor", &T::transient_factor, positive(),
+          "k of t_c = k / min |Re lambda|, by the initial eigenvalues without the clocks"),
+      key("validate_every", &T::validate_every, between(1, 1e8), "steps between validation errors"),
+      key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "of the run's own time [s]"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<EvaluationConfig>>& keys() {
+  using V = EvaluationConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("windows", &V::windows, Rule{.at_most = 6},
+          "stretches of a run that errors are told for; left out: a transient and a settled one that fit the plant"),
+      key("settling_window_s", &V::settling_window_s, at_least(0),
+          "the settling time is read from errors averaged over this [s]; 0: a tenth of the transient"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ValidationConfig>>& keys() {
+  using V = ValidationConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("groups", &V::groups, any(),
+          "logs in whose names this regular expression finds the same text are left out together; empty: each by "
+          "itself"),
+      key("folds", &V::folds, between(0, 50),
+          "trainings without some of the training logs, of half the steps, whose errors on what was left out choose "
+          "what ships of each state; 0: none"),
+  };
+  return kKeys;
+}
+
+// clang-format off
+template <> std::string_view section_title<Experiment>() { return "the experiment"; }
+template <> std::string_view section_title<PlantConfig>() { return "[plant]"; }
+template <> std::string_view section_title<SimulationConfig>() { return "[simulation]"; }
+template <> std::string_view section_title<LogConfig>() { return "[log]"; }
+template <> std::string_view section_title<ColumnConfig>() { return "[[log.columns]]"; }
+template <> std::string_view section_title<VelocityFilterConfig>() { return "[log.velocity_filter]"; }
+template <> std::string_view section_title<ObserverConfig>() { return "[observer]"; }
+template <> std::string_view section_title<DynamicsConfig>() { return "[dynamics]"; }
+template <> std::string_view section_title<InverseMapConfig>() { return "[inverse_map]"; }
+template <> std::string_view section_title<ForwardMapConfig>() { return "[forward_map]"; }
+template <> std::string_view section_title<LossConfig>() { return "[loss]"; }
+template <> std::string_view section_title<TrainingConfig>() { return "[training]"; }
+template <> std::string_view section_title<ValidationConfig>() { return "[validation]"; }
+template <> std::string_view section_title<EvaluationConfig>() { return "[evaluation]"; }
+// clang-format on
+
+}  // namespace nlo::trainer

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The trainings that a selection of items needs: each distinct (experiment, seed) once, whoever shares it.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trainer/app/jobs/run_jobs.h"
+#include "trainer/config/experiment.h"
+#include "trainer/experiments/shipped.h"
+#include "trainer/reproduce/reproduced_items.h"
+
+namespace nlo::trainer::reproduction {
+
+struct PlannedTraining {
+  std::string experiment;  ///< name in trainer/experiments/paper/, or with its folder
+  int seed = 0;            ///< index; the experiment's seed is one more
+  Experiment config;       ///< with its seed and its share of the steps
+  double cost_s = 1.0;     ///< roughly, on one core
+  std::string logs = {};   ///< their folder; empty: it simulates
+};
+
+/// Those that the items train and nlo does not ship: "paper/...", "hyperkkl/...", "exams/...".
+std::span<const ShippedExperiment> experiment_texts();
+
+/// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...).
+/// Throws codegen::Error for an unknown name.
+Experiment paper_experiment(std::string_view name, const Size& size, int seed);
+
+/// Seconds that a training takes, roughly, on one core: its weight in the progress bar.
+double training_cost_s(const Experiment& experiment);
+
+/// One per experiment of the items and seed, the longest first so that the last ones to end are short.
+/// `data`: folder of the folders of logs.
+std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds,
+                                            const std::string& data = "");
+
+using Models = std::map<Workbench::ModelKey, codegen::Model>;
+
+/// Trains them, or finds them in the folder `cache`: by all that decides them, the program's version too.
+JobsResult train_planned(std::span<const PlannedTraining> planned, const std::string& cache, const JobsOptions& options,
+                         Models& models);
+
+}  // namespace nlo::trainer::reproduction

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Everything that `nlo reproduce` can make: the paper's tables and figures, each with the experiments it needs and the
+// analysis of their models.
+//
+// To add one: its experiments in trainer/experiments/paper/, an analysis in a file of this folder, and an entry in
+// reproduced_items.cpp.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trainer/reproduce/section.h"
+#include "trainer/reproduce/workbench.h"
+
+namespace nlo::trainer::reproduction {
+
+struct Item {
+  std::string_view name;           ///< on the command line, and of its CSV file: "table1", "figure-reg-traj"
+  std::string_view example;        ///< "example1", "example2", "example3", "exams": the group it can be asked for by
+  std::string_view title;          ///< of its section
+  std::string_view label;          ///< \label of the paper's figure or table, or where else the numbers are from
+  std::string_view paper_reports;  ///< what the paper shows and says
+  /// Names in trainer/experiments/paper/, or with their folder, or shipped with nlo; what is changed in one may follow,
+  /// each change as " section.key=value".
+  std::vector<std::string_view> experiments;
+  double analysis_s = 1.0;  ///< roughly, at full size with 3 seeds: the item's share of the bar
+  Section (*analyse)(const Workbench& bench);
+  std::string_view logs = "";  ///< folder of its logs below --data; empty: it simulates
+};
+
+std::span<const Item> items();
+
+/// The items of "all", of an example, or the one of that name, in the paper's order. Throws codegen::Error naming the
+/// nearest name.
+std::vector<const Item*> select_items(const std::string& what);
+
+}  // namespace nlo::trainer::reproduction

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// The interface of an observer structure to the trainer. Each structure is one class in one file, and structure_table.h
+// lists them. No other code asks which structure an observer has.
+//
+// To add a structure: a file in this folder with its class and its instance, a line in structure_table.cpp.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/structures/observer_structure.h"
+
+namespace nlo::trainer {
+
+template <class Section>
+struct Key;
+class Draws;
+
+/// How many channels an observer has, an angle as sine and cosine counted as two.
+struct ChannelCounts {
+  int states = 0, outputs = 0;
+  int inputs = 0;       ///< of the plant, or of the logs
+  int read_inputs = 0;  ///< of them, that the observer reads beside the outputs
+  std::vector<codegen::Channel> output_channels = {}, read_input_channels = {}, state_channels = {};
+};
+
+class TrainableStructure {
+ public:
+  TrainableStructure() = default;
+  virtual ~TrainableStructure() = default;
+  TrainableStructure(const TrainableStructure&) = delete;
+  TrainableStructure& operator=(const TrainableStructure&) = delete;
+
+  virtual std::string_view name() const = 0;  ///< in [observer] structure
+
+  /// Keys of [observer] that this structure alone has: own_key() of a struct in ObserverConfig::own.
+  virtual std::vector<Key<ObserverConfig>> own_keys() const;
+
+  /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
+  virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
+
+  // What it is made of.
+  virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them
+  virtual bool has_dynamics_network() const { return false; }
+  virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
+  virtual bool flies_forward_map() const { return false; }
+  virtual bool flies_inputs() const { return false; }              ///< they act on its estimate, by g of the plant
+  virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
+  virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
+
+  // What nlo train --auto tries (app/sweep/search.h).
+
+  /// Turns an experiment of another structure into one of this, with settings that suit it; the sections that all
+  /// structures share stay as far as they can. False where the structure wants to know what only a user can say.
+  virtual bool adopt(Experiment&, double /*sample_period_s*/) const { return false; }
+
+  /// Changes what is the structure's own: eigenvalues, units.
+  virtual void vary(Experiment&, Draws&) const {}
+
+  /// Sensors that may fail, with where they rest in the training data.
+  virtual codegen::SensorFailures failures(const Experiment&, const Dataset&) const { return {}; }
+
+  /// The structure of an experiment, for the channels of a dataset: all but what every structure has (structure.cpp).
+  virtual void make(const Experiment& experiment, ObserverStructure& structure) const = 0;
+
+  /// Sets the means and scales of what a network within the latent system reads.
+  virtual void normalise_dynamics(ObserverStructure&, const TrainingData&, ThreadPool&) const {}
+
+  /// Initial parameters of the latent system.
+  virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,
+                                              const Experiment& experiment) const = 0;
+
+  /// The right-hand side of its latent system, for the general route; in double for tests of gradients. Null: the
+  /// latent system is no differential equation.
+  virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
+  virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
+
+  /// Turns parameters into the nearest that the structure allows, after each step of the optimiser and of what averages
+  /// them. Most allow all.
+  virtual void constrain(const ObserverStructure&, float* /*parameters*/) const {}
+
+  /// How training runs the latent system forwards and back; unless a structure knows better, lanes() by Runge-Kutta.
+  ///   steps_s  the distinct steps of the data, which outlive the result
+  virtual std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment,
+                                                          const ObserverStructure& structure,
+                                                          const std::vector<double>& steps_s, int threads) const;
+
+  /// Fills what is the structure's own of a model that has names, channels and sizes.
+  virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
+                        const Dataset& dataset, codegen::Model& model) const = 0;
+
+  /// Adds what follows from its ranges, once the model has them.
+  virtual void complete(const ObserverStructure&, codegen::Model&) const {}
+};
+
+}  // namespace nlo::trainer
