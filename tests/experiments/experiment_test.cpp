@@ -14,7 +14,9 @@
 namespace nlo::trainer {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -171,6 +173,19 @@ std::string repeated(const std::string& text, int times) {
   std::string result;
   for (int i = 0; i < times; ++i) result += text;
   return result;
+}
+
+TEST(BrokenToml, NamesTheLineAndHowToWriteIt) {
+  EXPECT_EQ(error_of("name = \"x\"\n[plant\nmodel = \"van_der_pol\"\n"),
+            "e.toml:2: \"[plant\" does not open a section: write [plant]");
+  EXPECT_EQ(error_of("[[log.columns]\nname = \"x\"\n"),
+            "e.toml:1: \"[[log.columns]\" does not open a section: write [[log.columns]]");
+  EXPECT_EQ(error_of("seed\n"), "e.toml:1: \"seed\" has no value: write seed = VALUE, or [seed]");
+  EXPECT_THAT(error_of("seed = = 3\n"), AllOf(StartsWith("e.toml:1: "), EndsWith(": seed = = 3")));
+}
+
+TEST(BrokenToml, AModelIsNotTakenForAnExperiment) {
+  EXPECT_THAT(error_of("\n{\n  \"format\": 3\n}\n"), HasSubstr("this is JSON, such as a model.json"));
 }
 
 TEST(HostileToml, DeepNestingIsAnError) {

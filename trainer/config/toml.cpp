@@ -116,6 +116,19 @@ std::string first_line(std::string message) {
   return message;
 }
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  return first == std::string_view::npos ? "" : text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
+}
+
+/// Line `number` of `text`, from 1, without its comment.
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1 && text.find('\n') != std::string_view::npos; --number) text.remove_prefix(text.find('\n') + 1);
+  text = text.substr(0, text.find('\n'));
+  return trimmed(text.substr(0, text.find('#')));
+}
+
 bool is_bare_word(std::string_view text) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const auto fits = [&](char c) {
@@ -125,6 +138,18 @@ bool is_bare_word(std::string_view text) {
   return text != "true" && text != "false" && text != "inf" && text != "nan";
 }
 
+/// Says how to write the line that toml11 refuses with `message`.
+std::string with_remedy(const std::string& message, std::string_view line) {
+  const std::size_t start = line.find_first_not_of("[ "), length = line.find_first_of(" ]", start) - start;
+  const std::string_view name = start < line.size() ? line.substr(start, length) : "";
+  if (line.starts_with('[') && is_bare_word(name)) {
+    const std::string heading = fmt::format(fmt::runtime(line.starts_with("[[") ? "[[{}]]" : "[{}]"), name);
+    if (line != heading) return fmt::format("\"{}\" does not open a section: write {}", line, heading);
+  }
+  if (is_bare_word(line)) return fmt::format("\"{}\" has no value: write {} = VALUE, or [{}]", line, line, line);
+  return line.empty() ? message : fmt::format("{}: {}", message, line);
+}
+
 }  // namespace
 
 Toml parse_toml(std::string_view text, const std::string& filename) {
@@ -132,12 +157,16 @@ Toml parse_toml(std::string_view text, const std::string& filename) {
     throw codegen::Error(
         fmt::format("{}: {} bytes is too big for an experiment; the limit is 1 MB", filename, text.size()));
   Guard(text, filename).check();
-  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) return Toml(Toml::table_type{});
+  if (trimmed(text).empty()) return Toml(Toml::table_type{});
+  if (trimmed(text).front() == '{')
+    fail(filename, 1,
+         "this is JSON, such as a model.json; an experiment is a TOML file. nlo evaluate and nlo export read models");
   std::istringstream stream{std::string(text)};
   try {
     return toml::parse<toml::discard_comments, std::map, std::vector>(stream, filename);
   } catch (const toml::exception& error) {
-    fail(filename, error.location().line(), first_line(error.what()));
+    const std::size_t line = error.location().line();
+    fail(filename, line, with_remedy(first_line(error.what()), line_of(text, line)));
   } catch (const std::exception& error) {  // toml11 lets some of the standard library's through
     throw codegen::Error(fmt::format("{}: {}", filename, first_line(error.what())));
   }
