@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/xml.h"
@@ -22,11 +24,25 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// An older C++ gets one error that says what to do, rather than hundreds.
-std::string guarded(const std::string& header, const std::string& name, bool has_c99) {
+/// Headers of the runtime that no microcontroller needs: they are included only for vector instructions of x86, 64-bit
+/// Arm and RISC-V.
+constexpr auto kForVectors = std::to_array<std::string_view>(
+    {"nlo/kernels/riscv_vectors.h", "nlo/kernels/x86_dispatch.h", "nlo/kernels/per_isa/aarch64_limited.inc",
+     "nlo/kernels/per_isa/avx512_inputs.inc", "nlo/kernels/per_isa/batch.inc", "nlo/kernels/per_isa/one_isa.inc",
+     "nlo/kernels/per_isa/panels.inc"});
+
+/// Stops the compiler with one error on processors whose kernels the library leaves out.
+constexpr std::string_view kMicrocontrollersOnly =
+    "\n#if !defined(NLO_SCALAR_KERNELS) && \\\n"
+    "    (defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__) || defined(__riscv_vector))\n"
+    "#error \"this library is for microcontrollers: for this processor, nlo export --target cpp writes the header\"\n"
+    "#endif\n";
+
+/// Stops an older C++ with one error that says what to do. `processors` stands before it.
+std::string guarded(const std::string& header, const std::string& name, bool has_c99, std::string_view processors) {
   constexpr std::string_view kOnce = "#pragma once\n";
   const std::size_t at = header.find(kOnce) + kOnce.size();
-  return header.substr(0, at) +
+  return header.substr(0, at) + std::string(processors) +
          fmt::format(
              "\n#if __cplusplus < 202002L\n"
              "#error \"{0}.h needs C++20: compile with -std=gnu++20 (README.md says where){1}\"\n"
@@ -143,9 +159,10 @@ Values ros2_values_of(const PreparedExport& prepared) {
           {"MONITOR", monitor ? "true" : ""}};
 }
 
-/// The templates of `kind`, filled, with the header and the runtime in the folder `headers`.
+/// The templates of `kind`, filled, with the header and the runtime in the folder `headers`. `vectors`: kernels for vector
+/// instructions are part of the runtime.
 std::vector<NamedText> library(const PreparedExport& prepared, std::string_view kind, const std::string& headers,
-                               std::string_view c99_row) {
+                               std::string_view c99_row, bool vectors = true) {
   check_weights(prepared.options(), kind.substr(0, kind.size() - 1));
   const std::string& name = prepared.name();
   Values values = values_of(prepared);
@@ -155,8 +172,10 @@ std::vector<NamedText> library(const PreparedExport& prepared, std::string_view 
   values["C99_ROW"] = c ? filled(c99_row, values) : "";
   const std::string header = cpp_header(prepared);
 
-  std::vector<NamedText> files = {{headers + name + ".h", guarded(header, name, c)}};
-  for (const std::string& runtime : runtime_headers(header))
+  std::vector<NamedText> files = {
+      {headers + name + ".h", guarded(header, name, c, vectors ? "" : kMicrocontrollersOnly)}};
+  const std::span<const std::string_view> left_out = vectors ? std::span<const std::string_view>{} : kForVectors;
+  for (const std::string& runtime : runtime_headers(header, left_out))
     files.push_back({headers + runtime, std::string(embedded_text(runtime))});
   if (c) {
     ExportOptions renamed = prepared.options();
@@ -173,14 +192,15 @@ std::vector<NamedText> library(const PreparedExport& prepared, std::string_view 
 
 }  // namespace
 
-std::vector<std::string> runtime_headers(std::string_view text) {
+std::vector<std::string> runtime_headers(std::string_view text, std::span<const std::string_view> left_out) {
   std::set<std::string> found;
-  const auto follow = [&found](const auto& self, std::string_view in) -> void {
+  const auto follow = [&](const auto& self, std::string_view in) -> void {
     constexpr std::string_view kInclude = "#include ";
     for (std::size_t at = 0; (at = in.find(kInclude, at)) != std::string_view::npos;) {
       at += kInclude.size() + 1;  // behind the quote or bracket
       const std::string name(in.substr(at, in.find_first_of("\">\n", at) - at));
-      if (name.starts_with("nlo/") && found.insert(name).second) self(self, embedded_text(name));
+      const bool is_packed = name.starts_with("nlo/") && std::ranges::find(left_out, name) == left_out.end();
+      if (is_packed && found.insert(name).second) self(self, embedded_text(name));
     }
   };
   follow(follow, text);
@@ -188,7 +208,7 @@ std::vector<std::string> runtime_headers(std::string_view text) {
 }
 
 std::vector<NamedText> arduino_library(const PreparedExport& prepared) {
-  return library(prepared, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n");
+  return library(prepared, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n", false);
 }
 
 std::vector<NamedText> ros2_control_package(const PreparedExport& prepared) {

@@ -24,12 +24,13 @@ estimates() {
   echo "ok      ${1#"$work"/}: $(tail -n 1 "$work/printed.txt")"
 }
 
-# sketch LIBRARY NAME C++STANDARD OUTPUT [COMPILER FLAG...]
+# sketch LIBRARY NAME C++STANDARD OUTPUT [COMPILER FLAG...]. On this machine a sketch takes the kernels of a
+# microcontroller, which are scalar.
 sketch() {
   local library=$1 name=$2 standard=$3 output=$4
   shift 4
   "$@" -std="$standard" "${warnings[@]}" -Wno-volatile -I"$library/src" -I"$shims/arduino" \
-    -DSKETCH="\"$library/examples/$name/$name.ino\"" "$shims/arduino/main.cpp" -o "$output"
+    ${kernels--DNLO_SCALAR_KERNELS} -DSKETCH="\"$library/examples/$name/$name.ino\"" "$shims/arduino/main.cpp" -o "$output"
 }
 
 cross=()
@@ -47,6 +48,9 @@ for entry in van_der_pol:float:2 rig:double:3 driven:float:2 pendulum:float:2; d
   if ((${#cross[@]})); then sketch "$library" $name gnu++20 "$work/sketch.o" "${cross[@]}"; fi
 
   # One error, the one that helps.
+  ! kernels= sketch "$library" $name gnu++20 "$work/host" g++ 2>"$work/errors.txt" ||
+    fail "$name compiles for a processor whose kernels it leaves out"
+  grep -q '#error "this library is for microcontrollers' "$work/errors.txt" || fail "$name: no word of microcontrollers"
   ! sketch "$library" $name gnu++17 "$work/old" g++ 2>"$work/errors.txt" || fail "$name compiles as C++17"
   grep -q "#error \"$name.h needs C++20: compile with -std=gnu++20" "$work/errors.txt" || fail "$name: no word of C++20"
 

@@ -16,7 +16,7 @@
 #include "nlo/kernels/cortex_m.h"
 #include "nlo/kernels/cortex_m_vectors.h"
 #endif
-#if defined(__riscv)
+#if defined(__riscv_vector)
 #include "nlo/kernels/riscv_vectors.h"
 #endif
 
