@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An FMU for co-simulation by FMI 3.0: a zip of what importers read (modelDescription.xml), the C99 pair with the
-// standard's functions around it, and a shared library of both. Each file comes from templates/fmu.
+// An FMU for co-simulation by FMI 3.0 or 2.0: a zip of the description that importers read (modelDescription.xml), the C99
+// pair with the standard's functions around it, and a shared library of both. Each file comes from templates/fmu and
+// templates/fmu2.
 #pragma once
 
 #include <string>
@@ -18,5 +19,9 @@ std::vector<NamedText> fmu_of_sources(const PreparedExport& prepared);
 /// The same with a shared library by the C compiler of this machine ($CC, or cc): for Linux on the processor that it
 /// compiles for. Throws Error, with what the compiler printed, when there is none.
 std::vector<NamedText> fmu(const PreparedExport& prepared);
+
+/// The same two by FMI 2.0, which has no arrays: z and initial_z are scalars z[1], z[2] and so on.
+std::vector<NamedText> fmu2_of_sources(const PreparedExport& prepared);
+std::vector<NamedText> fmu2(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

@@ -43,6 +43,8 @@ const std::vector<ExportTarget>& export_targets() {
        zephyr_module},
       {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu, true},
       {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources, true},
+      {"fmu2", "FMU for co-simulation by FMI 2.0, for importers that do not read 3.0", ExportForm::kFile, fmu2, true},
+      {"fmu2-sources", "the same without a binary", ExportForm::kFile, fmu2_of_sources, true},
       {"ros2_control",
        "folder with a ROS 2 package: header, runtime, a chainable controller that exports the estimates",
        ExportForm::kDirectory, ros2_control_package},

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# FMUs of example models: their descriptions are those of FMI 3.0, their binaries and what their own build description
+# FMUs of example models: their descriptions are those of FMI 3.0 and 2.0, their binaries and what their own build description
 # builds, under sanitizers, give the bits of the C99 pair and stand all that load_fmu.c does to them; controls show that each
 # would be seen. With NLO_FMI_SCHEMA, the folder `schema` of the standard's repository, the standard's own schema judges too.
 #   run_fmu.sh EXPORT_MODEL SOURCE_DIR C_COMPILER EXAMPLE:SCALAR... (all: all that C99 has)
@@ -22,10 +22,11 @@ valid() {
   if [[ -n ${NLO_FMI_SCHEMA:-} ]]; then xmllint --noout --schema "$NLO_FMI_SCHEMA/$2" "$1"; fi
 }
 
-# built FOLDER LIBRARY: what sources/buildDescription.xml of an FMU names, as a shared library.
+# built FOLDER LIBRARY: the sources that a description of an FMU names, as a shared library.
 built() {
-  local files
-  mapfile -t files < <(sed -n 's/.*<SourceFile name="\([^"]*\)".*/\1/p' "$1/sources/buildDescription.xml")
+  local files description=$1/sources/buildDescription.xml
+  [[ -e $description ]] || description=$1/modelDescription.xml
+  mapfile -t files < <(sed -n 's/.*<\(Source\)\?File name="\([^"]*\)".*/\2/p' "$description")
   (cd "$1/sources" && "$cc" "${strict[@]}" "${sanitizers[@]}" -fPIC -shared "${files[@]}" -o "$2")
 }
 
@@ -58,6 +59,19 @@ for entry in "${entries[@]}"; do
     -ldl -lm -o "$work/load_$name"
   built "$fmu" "$work/$name.so"
   loaded "$fmu" "$fmu/binaries/$(uname -m)-linux/$name.so" && loaded "$fmu" "$work/$name.so" || fail "$entry"
+
+  # The same by FMI 2.0.
+  fmu2=$work/fmi2/$name machine=$(uname -m)-linux
+  rm -rf "$fmu2" && mkdir -p "$fmu2"
+  CC=$cc "$export_model" "$name" fmu2 "$scalar" "$name" "$work/$name.fmu2"
+  unzip -q "$work/$name.fmu2" -d "$fmu2"
+  valid "$fmu2/modelDescription.xml" fmi2ModelDescription.xsd || fail "modelDescription.xml of $name by FMI 2.0"
+  "$cc" -std=gnu11 -O1 -g -Wall -Wextra -Werror "${sanitizers[@]}" -I"$fmu2/sources" -DNLO_NAME="$name" \
+    -DNLO_SCALAR="${scalar/int16/float}" "${driven[@]}" -include "$fmu2/sources/$name.h" \
+    -include "$work/${name}_replay.h" -include "${name}_fmi2.h" "$tests/load_fmu2.c" "$fmu2/sources/$name.c" -ldl -lm -o "$work/load2_$name"
+  built "$fmu2" "$work/$name.so"
+  "$work/load2_$name" "$fmu2/binaries/${machine/x86_64-linux/linux64}/$name.so" "$fmu2/modelDescription.xml" &&
+    "$work/load2_$name" "$work/$name.so" "$fmu2/modelDescription.xml" || fail "$entry by FMI 2.0"
   echo "ok      $entry"
 done
 
@@ -99,3 +113,8 @@ sed 's/causality="output"/causality="out"/' "$fmu/modelDescription.xml" >"$work/
 ! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong attribute went unseen'
 sed 's/<InitialUnknown/<Swapped/; s/<Output/<InitialUnknown/; s/<Swapped/<Output/' "$fmu/modelDescription.xml" >"$work/wrong.xml"
 ! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong order went unseen'
+sed 's/ variability="discrete"//' "$fmu2/modelDescription.xml" >"$work/wrong.xml"
+! valid "$work/wrong.xml" fmi2ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a status that varies continuously went unseen'
+sed -i 's/is_initial ? kInitialLatent : kLatent,/is_initial ? kLatent : kInitialLatent,/' "$fmu2/sources/${name}_fmi2.c"
+built "$fmu2" "$work/spoilt.so"
+! "$work/load2_$name" "$work/spoilt.so" "$fmu2/modelDescription.xml" >"$work/said.txt" || fail 'the initial state in place of z went unseen'
