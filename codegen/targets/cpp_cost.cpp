@@ -30,4 +30,9 @@ CppCost cpp_cost(const PreparedExport& prepared) {
   return cpp_cost(prepared.model(), *module_of(prepared.model()).cpp(prepared.source()), prepared.initialiser());
 }
 
+Microseconds cortex_m4_time(const CppCost& cost, double clock_mhz) {
+  const auto m = static_cast<double>(cost.multiply_adds()), a = static_cast<double>(cost.activations());
+  return {2.2 * m / clock_mhz, (4.3 * m + 30.0 * a + 3000.0) / clock_mhz};
+}
+
 }  // namespace nlo::codegen

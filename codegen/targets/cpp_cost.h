@@ -18,8 +18,19 @@ struct CppCost {
   Eigen::Index observer_bytes = 0;  ///< sizeof(Observer) where pointers have 32 bits
 
   Eigen::Index multiply_adds() const { return step_multiply_adds + estimate_multiply_adds; }
+  Eigen::Index activations() const { return step_activations + estimate_activations; }
 };
 CppCost cpp_cost(const Model& model, const CppStructure& structure, const Initialiser& init);
 CppCost cpp_cost(const PreparedExport& prepared);
+
+/// Bounds of the time [us] that a step and an estimate in float take on a Cortex-M4 with an FPU:
+///   2.2 M / f  to  (4.3 M + 30 A + 3000) / f        M multiply-adds, A activations, f the clock [MHz]
+/// The instructions counted on an emulated core (docs/performance.md) lie between 1.2 M and 1.3 M + 30 A + 3000 for
+/// both policies. A weight adds one cycle of its load, and a multiply-add takes one to three cycles. Weights in a
+/// flash with 5 wait states per 16 bytes add up to 1.25 M / f.
+struct Microseconds {
+  double least, most;
+};
+Microseconds cortex_m4_time(const CppCost& cost, double clock_mhz);
 
 }  // namespace nlo::codegen

@@ -262,8 +262,8 @@ std::vector<NamedText> archive(const PreparedExport& prepared, const std::vector
   return {{prepared.name() + ".fmu", zip(files)}};
 }
 
-/// "x86_64-linux", as FMI 3.0 names what an ELF library is for, or "linux64", as FMI 2.0 does; empty when it is none, or
-/// for a processor without a name.
+/// Returns the platform of an ELF library as FMI names it: "x86_64-linux" by FMI 3.0, "linux64" by FMI 2.0. Empty if it
+/// is no ELF library or FMI has no name for its processor.
 std::string platform_of(std::string_view library, Fmi version) {
   static const std::map<int, std::pair<const char*, const char*>> kMachines = {// of 32 bits, of 64
                                                                                {3, {"x86", ""}},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An FMU for co-simulation by FMI 3.0 or 2.0: a zip of the description that importers read (modelDescription.xml), the C99
-// pair with the standard's functions around it, and a shared library of both. Each file comes from templates/fmu and
-// templates/fmu2.
+// An FMU for co-simulation by FMI 3.0 or 2.0: a zip of the description that importers read (modelDescription.xml),
+// the C99 pair with the standard's functions around it, and a shared library of both. Each file comes from
+// templates/fmu and templates/fmu2.
 #pragma once
 
 #include <string>

@@ -159,8 +159,8 @@ Values ros2_values_of(const PreparedExport& prepared) {
           {"MONITOR", monitor ? "true" : ""}};
 }
 
-/// The templates of `kind`, filled, with the header and the runtime in the folder `headers`. `vectors`: kernels for vector
-/// instructions are part of the runtime.
+/// Fills the templates of `kind`, with the header and the runtime in the folder `headers`. `vectors`: with the
+/// kernels for vector instructions.
 std::vector<NamedText> library(const PreparedExport& prepared, std::string_view kind, const std::string& headers,
                                std::string_view c99_row, bool vectors = true) {
   check_weights(prepared.options(), kind.substr(0, kind.size() - 1));

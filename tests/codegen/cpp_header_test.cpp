@@ -19,6 +19,7 @@
 #include "codegen/fold/fold.h"
 #include "codegen/reference/reference_network.h"
 #include "codegen/targets/c99.h"
+#include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/golden_replay.h"
 #include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
@@ -243,6 +244,30 @@ TEST(CppHeader, Int16MatchesItsGolden) {
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
   expect_golden(cpp_header(PreparedExport(tiny_model(), options)), "tiny_int16.h");
+}
+
+TEST(CortexM4Time, BoundsTheCountedInstructionsOfEveryStructure) {
+  struct Counted {
+    const char* structure;
+    Eigen::Index multiply_adds, activations;
+    double fast, deterministic;  // instructions on an emulated M4F: docs/performance.md
+  };
+  const std::vector<Counted> all = {
+      {"network relu", 7750, 200, 9342, 9442},  {"network tanh", 7750, 200, 10958, 12406},
+      {"gated", 4256, 128, 6326, 7994},         {"GRU", 20480, 192, 26927, 32615},
+      {"prior", 2896, 88, 7674, 8710},          {"carried", 182, 0, 1606, 2273},
+      {"Luenberger", 824, 200, 4665, 5296},     {"general", 1698, 250, 6934, 7662},
+      {"driven KKL", 15416, 384, 31999, 34444},
+  };
+  for (const Counted& counted : all) {
+    CppCost cost;
+    cost.step_multiply_adds = counted.multiply_adds;
+    cost.estimate_activations = counted.activations;
+    const auto m = static_cast<double>(counted.multiply_adds);
+    const Microseconds time = cortex_m4_time(cost, 2.0);
+    EXPECT_LE(2.0 * time.least, counted.fast + m) << counted.structure;
+    EXPECT_GE(2.0 * time.most, counted.deterministic + 3.0 * m) << counted.structure;
+  }
 }
 
 TEST(Replay, IsTheCommittedOne) {

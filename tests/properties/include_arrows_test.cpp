@@ -226,7 +226,7 @@ TEST(IncludeArrows, FormNoCircleOfFolders) {
   EXPECT_EQ(circle_in(rooms), "");
 }
 
-/// Files of one name in `files`, as "a/x.h and b/x.h".
+/// Returns the pairs of files that have the same name.
 std::vector<std::string> equal_names_in(const std::vector<std::string>& files) {
   std::map<std::string, std::string> file_of;
   std::vector<std::string> equal;

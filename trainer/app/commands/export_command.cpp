@@ -13,6 +13,7 @@
 #include "codegen/base/file.h"
 #include "codegen/base/identifier.h"
 #include "codegen/model_file/model_file.h"
+#include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/error_limits.h"
 #include "codegen/targets/prepared_export.h"
 #include "codegen/targets/target_registry.h"
@@ -30,6 +31,7 @@ namespace {
 struct ExportArguments {
   std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, roles;
   int samples = codegen::ExportOptions{}.samples;
+  double clock_mhz = 168.0;
   bool check = false, quiet = false;
 };
 
@@ -38,11 +40,24 @@ struct Judged {
   std::string tables, refusal;
 };
 
+/// How long a step takes on a Cortex-M4. Empty for numbers that cortex_m4_time() is not for.
+std::string time_line(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
+  if (prepared.options().scalar != codegen::ScalarType::kFloat) return "";
+  const codegen::CppCost cost = cpp_cost(prepared);
+  const auto [least, most] = codegen::cortex_m4_time(cost, arguments.clock_mhz);
+  return fmt::format(
+      "a step with its estimate on a Cortex-M4 with an FPU at {:g} MHz: {:.3g} to {:.3g} us\n"
+      "  2.2 M / f to (4.3 M + 30 A + 3000) / f with M = {} multiply-adds, A = {} activations; --target "
+      "selftest "
+      "counts\n",
+      arguments.clock_mhz, least, most, cost.multiply_adds(), cost.activations());
+}
+
 /// Throws Error if --max-error cannot be read.
 Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
-  Judged judged{codegen::error_table(prepared), {}};
+  Judged judged{codegen::error_table(prepared) + time_line(prepared, arguments), {}};
   if (limits) judged.refusal = codegen::beyond_limits(prepared, *limits);
   return judged;
 }
@@ -141,6 +156,8 @@ void add_export(CLI::App& app, Action& action) {
                 "angle=NAME,velocity=NAME");
   options.number("--samples", arguments->samples, 20, 100000,
                  "how many a replay or a self-test has: fewer for a small flash");
+  options.number("--clock", arguments->clock_mhz, 1.0, 10000.0,
+                 "the clock of a Cortex-M4 [MHz], for the time of a step");
   options.flag(
       "--check", arguments->check,
       "compile it with $CC and $CXX (or cc, c++) and replay generated readings first: refuse unless it answers "
