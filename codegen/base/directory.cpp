@@ -35,7 +35,7 @@ std::string manifest_of(const std::vector<NamedText>& files) {
   return text;
 }
 
-/// What stands in `folder`, but for its manifest.
+/// Reads all files of `folder` except its manifest.
 std::vector<NamedText> contents_of(const fs::path& folder) {
   std::vector<NamedText> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {

@@ -48,7 +48,7 @@ mode_t mode_of_new_files() {
   return static_cast<mode_t>(0666) & ~mask;
 }
 
-/// What is replaced by writing to `path`: links are followed, also one that leads to no file yet.
+/// Returns the file that writing to `path` replaces. Links are followed, also one that leads to no file yet.
 std::string target_of(const std::string& path) {
   namespace fs = std::filesystem;
   constexpr int kMostLinks = 40;  // as the kernel

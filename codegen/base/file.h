@@ -17,8 +17,8 @@ std::string read_file(const std::string& path, std::size_t max_bytes = std::size
 /// Error the file is unchanged.
 void write_file_atomically(const std::string& path, std::string_view text);
 
-/// The same for a file whose contents were `read`. Throws Error if the contents are different by now, so that a change
-/// by somebody else is not lost.
+/// Writes like write_file_atomically() over a file whose contents were `read`. Throws Error if the contents have
+/// changed since, so that a change by somebody else is not lost.
 void rewrite_file_atomically(const std::string& path, std::string_view read, std::string_view text);
 
 /// A file to write.

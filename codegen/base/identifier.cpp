@@ -52,7 +52,7 @@ constexpr std::array kReservedWords = {"EOF",          "Eigen",     "INFINITY",
 }  // namespace
 
 bool is_identifier(std::string_view text) {
-  constexpr std::size_t kLongest = 63;  // what C99 promises to tell apart, and one more
+  constexpr std::size_t kLongest = 63;  // C99 distinguishes 63 characters
   const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   return !text.empty() && text.size() <= kLongest && is_letter(text.front()) &&

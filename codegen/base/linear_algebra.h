@@ -18,7 +18,7 @@ Eigensystem eigensystem(const Eigen::MatrixXd& a);
 /// Returns S with S S' = a for a symmetric semidefinite a. Not finite if a is not.
 Eigen::MatrixXd square_root(const Eigen::MatrixXd& a);
 
-/// In falling order.
+/// Returns the singular values, largest first.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a);
 
@@ -28,7 +28,7 @@ Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
-/// The same for a symmetric semidefinite a, whose lower half is read.
+/// Solves like solve() for a symmetric semidefinite a. Only its lower half is read.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 /// Returns the shortest x that minimises |a x - b|, column by column. For b = I this is the pseudo-inverse of a.

@@ -51,7 +51,8 @@ void remove_if_left(const fs::path& path) {
   if (is_at(fd.get(), path.string())) fs::remove_all(path, ignored);
 }
 
-/// What killed programs have left of `path`. What cannot be looked at or removed stays: it is in nobody's way.
+/// Removes temporary files that killed programs have left beside `path`. A file that cannot be removed stays; it does
+/// no harm.
 void remove_leftovers(const std::string& path) {
   const fs::path target(path);
   const std::string start = target.filename().string() + kMark;

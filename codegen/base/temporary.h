@@ -30,7 +30,7 @@ class TemporaryFile {
   ~TemporaryFile();
 
   int descriptor() const { return fd_.get(); }
-  /// What rename() of the system returns.
+  /// Renames the file. Returns the result of the system's rename().
   int rename(const std::string& to);
 
  private:
@@ -49,7 +49,7 @@ class TemporaryFolder {
   ~TemporaryFolder();
 
   const std::string& name() const { return name_; }
-  /// What rename() of the system returns.
+  /// Renames the file. Returns the result of the system's rename().
   int rename(const std::string& to);
   void keep() { name_.clear(); }
 

@@ -15,7 +15,7 @@ void put(std::string& bytes, std::uint64_t value, int count) {
   for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
 }
 
-/// What the header before a file and its entry in the directory at the end share.
+/// Returns the fields that the header of a file and its directory entry share.
 std::string facts_of(const NamedText& file) {
   constexpr std::uint64_t kVersion = 20, kNamesAreUtf8 = 1U << 11, kStored = 0, kMidnight = 0, kFirstDay = 0x21;
   std::string bytes;

@@ -10,7 +10,7 @@
 namespace nlo::codegen {
 
 int stale_after(const Model& m) {
-  constexpr double kFewest = 5.0, kMost = 16383.0;  // what the runtime can count
+  constexpr double kFewest = 5.0, kMost = 16383.0;  // range of the runtime's counter
   constexpr int kUnknown = 10;
   const std::optional<double> fastest = module_of(m).fastest_mode(m);
   if (!fastest) return kUnknown;

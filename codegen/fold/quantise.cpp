@@ -22,8 +22,8 @@ namespace {
 constexpr double kOne = kernels::int16::kOne;
 constexpr double kLargestSum = std::numeric_limits<std::int32_t>::max();
 constexpr int kLargestShift = 31;
-constexpr double kTanhEnd = 8.0;             // where the table of tanh ends: +-1
-constexpr double kSiluEnd = 2.0 * kTanhEnd;  // what int16 has of silu
+constexpr double kTanhEnd = 8.0;             // the table of tanh ends here with +-1
+constexpr double kSiluEnd = 2.0 * kTanhEnd;  // range of silu in int16
 
 /// Over the integers that a layer reads: v = weights q + bias.
 using RealLayer = DenseLayer;
@@ -81,7 +81,7 @@ QuantisedLayer hidden_layer(const RealLayer& layer, double unit, const std::stri
 QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::VectorXf& scale) {
   QuantisedLayer quantised = sized_like(layer);
   scale.resize(layer.bias.size());
-  const double rounding = (kOne * static_cast<double>(layer.weights.cols()) + 1.0) / 2.0;  // of all terms together
+  const double rounding = (kOne * static_cast<double>(layer.weights.cols()) + 1.0) / 2.0;  // sum over all terms
   for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
     constexpr double kLargestScale = 0x1p60;  // rows of (almost) nothing but zeros
     double sums_per_unit = kLargestScale;
@@ -115,7 +115,8 @@ QuantisedLayer tanh_layer(RealLayer layer, const std::string& name) {
   return hidden_layer(layer, 0x1p16, name);
 }
 
-/// Of [low, high] in Q15. Narrower than floats can tell apart would make the gain infinite.
+/// Sets the centre and the gain that map [low, high] to Q15. An interval narrower than the spacing of floats is
+/// widened to it, because its gain would be infinite. Throws Error for a range beyond float.
 void scale_input(double low, double high, const std::string& name, float& centre, float& gain) {
   const double middle = low + (high - low) / 2.0;
   const double half = std::max({(high - low) / 2.0, std::abs(middle) * 0x1p-23, 0x1p-60});
@@ -162,7 +163,7 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std
   q.centre.resize(n.inputs());
   q.gain.resize(n.inputs());
 
-  // What one unit of an integer stands for, and what stays when all integers are zero.
+  // The value of one unit of an integer, and the value that remains when all integers are zero.
   Eigen::VectorXd per_unit(n.inputs()), offset(n.inputs());
   for (Eigen::Index i = 0; i < n.inputs(); ++i) {
     scale_input(box.min(i), box.max(i), fmt::format("input {} of inverse_map", i), q.centre(i), q.gain(i));
@@ -218,7 +219,8 @@ std::vector<double> largest_activations(const Network& map, const FoldedNetwork&
 
 namespace {
 
-/// What they read of z is rounded down, as is what the reset gates leave of it: half a unit too low.
+/// The units read z rounded down, and the reset gates round it down again, so each value is half a unit too low on
+/// average. The biases make up for it.
 QuantisedUnits quantised_units(const Model& m, const FoldedModel& folded) {
   const int nz = m.nz(), nr = m.nr();
   QuantisedNetwork gates{Activation::kTanh, Eigen::VectorXf(nr), Eigen::VectorXf(nr), {}, {}, {}};

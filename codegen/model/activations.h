@@ -57,7 +57,7 @@ struct ActivationRow {
   bool kink_at_zero;       ///< two straight pieces, convex, that meet in (0, 0); the slope has no derivative there
 
   TurningPoints value_turns;    ///< extrema of the value
-  TurningPoints slope_turns;    ///< of the slope; where it jumps, both its sides
+  TurningPoints slope_turns;    ///< turning points of the slope; where it jumps, both its sides
   double largest_curvature;     ///< sup of |value''| away from a kink
   double largest_slope_change;  ///< sup of |slope''| away from a kink
 
@@ -152,12 +152,12 @@ constexpr const ActivationRow& activation_row(Activation kind) {
 
 /// Returns the row of a name in a model file or an experiment; null if there is none, or if only an export chooses it.
 const ActivationRow* find_activation(std::string_view name);
-/// The same; throws Error for an unknown name: unknown activation "gelu"; use tanh, relu or silu.
+/// Finds the row of a name. Throws Error for an unknown one: unknown activation "gelu"; use tanh, relu or silu.
 const ActivationRow& activation_named(std::string_view name);
 
 /// Names of the activations that a network may be trained with: tanh, relu, silu.
 std::vector<std::string> activation_names();
-/// The same as text: "tanh, relu or silu".
+/// Lists the names as text: "tanh, relu or silu".
 std::string activations_in_words();
 
 /// Returns the activation of each entry, in the precision of the array (float or double).
@@ -206,7 +206,7 @@ auto with_activation(Activation kind, const Run& run) {
   return activation_rows::run_from<true, 0>(kind, run);
 }
 
-/// The same for the activations that can be trained. Throws Error for the others.
+/// Calls `run` for an activation that can be trained. Throws Error for the others.
 template <class Run>
 auto with_trained_activation(Activation kind, const Run& run) {
   return activation_rows::run_from<false, 0>(kind, run);

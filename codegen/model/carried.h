@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Carried observer: a KKL observer of vectors in the axes of a body that rotates with the rate w, its three inputs:
 //   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k
-// Outputs and states are vectors of three components, one after another. D and F are those of one component. The rows
+// Outputs and states are vectors of three components, one after another. D and F act on one component. The rows
 // of z are the modes of the first component of the first output vector, then those of its second component, and so on.
 #pragma once
 

@@ -14,7 +14,8 @@ int measured_outputs(const std::vector<Channel>& outputs) {
 
 ComputedOutputs::ComputedOutputs(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs)
     : first_(measured_outputs(outputs)), outputs_(static_cast<int>(outputs.size())) {
-  std::vector<std::string> names;  // of the readings, in their order; none for those that an expression may not read
+  // In the order of the readings; empty for a reading that an expression may not use.
+  std::vector<std::string> names;
   for (const Channel& output : outputs)
     names.push_back(output.wrap > 0.0 || !output.expression.empty() ? "" : output.name);
   for (const Channel& input : inputs) names.push_back(input.name);

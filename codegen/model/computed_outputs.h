@@ -21,7 +21,7 @@ class ComputedOutputs {
 
   bool none() const { return expressions_.empty(); }
   int first() const { return first_; }                                 ///< number of measured outputs
-  const std::vector<Expression>& all() const { return expressions_; }  ///< of output first(), first() + 1, ...
+  const std::vector<Expression>& all() const { return expressions_; }  ///< one for each output from first() on
 
   /// Computes rows first() ... of `outputs` (n_y x N) from the others and `inputs` (n_u x N). Not-a-number of a
   /// part gives not-a-number.

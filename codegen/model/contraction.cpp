@@ -56,7 +56,7 @@ double proven_rate(const Model& model, const Gated& gated, const VectorXd& metri
 Contraction find_contraction(const Model& model, const Gated& gated) {
   const Index units = model.nz();
   constexpr int kIterations = 200;
-  constexpr double kSmallest = 1e-3;  // of the largest: rows that nothing couples to
+  constexpr double kSmallest = 1e-3;  // relative to the largest; for rows that nothing couples to
   const MatrixXd m = coupling(gated, units) + MatrixXd::Identity(units, units);  // the shift keeps it from swinging
   VectorXd dominant = VectorXd::Ones(units);
   for (int i = 0; i < kIterations; ++i) {

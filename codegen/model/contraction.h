@@ -7,7 +7,7 @@
 // |tanh'| <= 1, 0 < g < 1, |dg/da_g| <= 1/2, |z| <= 1, |target - z| <= 2 and ds/da_s = 2 s (1 - s) <= 2 s bound the
 // size of row i in that norm by 1 - s_i (1 - c_i), where
 //   c = M d / d,   M = 4 |W_s| + |W_c| (I + |W_g| / 2)
-// of the weights of a_s, a_g and the candidate on z. Where every c_i < 1,
+// with the weights of a_s, a_g and the candidate on z. If every c_i < 1,
 //   q = max_i 1 - s_i,min (1 - c_i),   s_i,min: the least over |z| <= 1 and readings within their ranges.
 // This holds in exact arithmetic. An export adds a rounding error at each step, whose effect stays below 1 / (1 - q)
 // times that error.

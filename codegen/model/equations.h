@@ -45,15 +45,15 @@ class Equations {
 
   int nx() const { return nx_; }
   int ny() const { return ny_; }
-  int carried() const { return nx_ + triangle_size(nx_); }                ///< of [x; p]
-  int place(int i, int j) const { return nx_ + in_triangle(nx_, i, j); }  ///< of P's element in [x; p]
-  /// Of what a step of RK4 and an output evaluate.
+  int carried() const { return nx_ + triangle_size(nx_); }                ///< size of [x; p]
+  int place(int i, int j) const { return nx_ + in_triangle(nx_, i, j); }  ///< place of P's element in [x; p]
+  /// Adds a count of every expression that a step of RK4 and an output evaluate.
   int count(int (Expression::*of)() const) const;
   const SharedExpressions& derivative() const { return derivative_; }
   const SharedExpressions& output() const { return output_; }
   double parameter(int index) const { return parameters_[static_cast<std::size_t>(index)]; }
-  /// What an expression reads as reading j is [x; p] from 0 on, then u, then the parameters, then the parts that they
-  /// share.
+  /// Reading j of an expression is an element of [x; p], then of u, then of the parameters, then of the parts that
+  /// expressions share.
   int first_input() const { return carried(); }
   int first_parameter() const { return carried() + nu_; }
   int first_part() const { return first_parameter() + static_cast<int>(parameters_.size()); }
@@ -78,7 +78,7 @@ class Equations {
     derivative_.evaluate(readings<Value>(x, u), dx);
   }
 
-  /// Where a step of RK4 evaluated the equations.
+  /// The points at which a step of RK4 evaluated the equations.
   template <class Value>
   using Stages = std::array<std::array<Value, kMostCarried>, 4>;
 

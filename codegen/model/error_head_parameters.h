@@ -21,7 +21,7 @@ struct ErrorHead {
   Eigen::VectorXd factor_68, factor_95;  ///< n_x, positive
 };
 
-/// The same with log2, and with factor_68 folded in.
+/// The error head in flight, with log2 and with factor_68 folded in.
 struct FoldedErrorHead {
   DenseLayer layer;                 ///< [h; h^2] -> log2 sigma in flight
   Eigen::VectorXd lowest, highest;  ///< n_x

@@ -256,7 +256,7 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
       const Part right = stack.back();
       stack.pop_back();
       Part& left = stack.back();
-      // What stands on the right of an operator is evaluated first: that is what parentheses around it say.
+      // Parentheses around the right operand keep the order of evaluation: it is evaluated first.
       if (multiplies(node.kind))
         left.text = enclosed(left, false) + (node.kind == Kind::kProduct ? " * " : " / ") +
                     enclosed(right, multiplies(right.kind));

@@ -131,7 +131,8 @@ class Expression {
   void finish();
 
   std::vector<Node> nodes_;
-  std::vector<std::size_t> lefts_;  ///< of each node: its left operand; the right, or only one, stands before it
+  /// Left operand of each node. The right or only operand stands directly before the node.
+  std::vector<std::size_t> lefts_;
   std::vector<int> reads_;
 };
 

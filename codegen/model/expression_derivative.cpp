@@ -28,7 +28,7 @@ Nodes applied(Function function, Nodes nodes) {
   return nodes;
 }
 
-/// Of a function at v, whose value there is f.
+/// Slope of a function at v, where its value is f.
 Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
   const Nodes one = number_nodes(1.0);
   switch (function) {

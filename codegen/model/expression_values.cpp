@@ -124,7 +124,7 @@ Interval square(Interval a) {
 
 Interval value_of(Function function, Interval x) {
   const auto rising = [&] { return outwards(number_of(function, x.low), number_of(function, x.high), kLibraryUnits); };
-  // Where the runtime's have values.
+  // Arguments for which the runtime's functions are defined.
   const auto within = [&](double low, double high) { return x.low > low && x.high < high; };
   constexpr auto kFarthestAngle = static_cast<double>(CircleFit<float>::kFarthest);
   constexpr auto kSmallest = static_cast<double>(std::numeric_limits<float>::min());

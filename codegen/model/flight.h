@@ -28,7 +28,7 @@ struct Flight {
 };
 
 inline constexpr int kMostFlightCount = 1 << 24;    ///< |count|
-inline constexpr int kMostFlightSamples = 1 << 20;  ///< of all runs together
+inline constexpr int kMostFlightSamples = 1 << 20;  ///< sum over all runs
 /// The power of two next to 2^-14 of `range` from above, or larger where `largest`, of all |value|, asks for it.
 double flight_step(double range, double largest);
 

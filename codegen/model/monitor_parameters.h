@@ -34,7 +34,7 @@ struct Monitor {
   Eigen::VectorXd row_deviation;       ///< n_x, of x_hat from its fit, in the states' units; 0: not compared
   Eigen::VectorXd disagreement_limit;  ///< n_x, in deviations
   double armed_after_s = 0.0;
-  double false_alarms_per_hour = 0.0;  ///< that the limits were set for ...
+  double false_alarms_per_hour = 0.0;  ///< rate for which the limits were set ...
   double hours = 0.0;                  ///< ... on so many hours of runs
   std::vector<std::string> lowered;    ///< limits that were lowered when the file was read; not written
 

@@ -33,7 +33,7 @@ struct Network {
   std::vector<DenseLayer> layers;             ///< at least one; the last has n_out rows
   Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0 when there is none
   Eigen::VectorXd output_mean, output_scale;
-  std::vector<double> largest_activations = {};  ///< of each hidden layer, over the training data; empty: unknown
+  std::vector<double> largest_activations = {};  ///< one for each hidden layer, over the training data; empty: unknown
 
   int inputs() const { return static_cast<int>(features.cols()); }
   int outputs() const { return static_cast<int>(output_mean.size()); }

@@ -19,7 +19,7 @@ namespace nlo::codegen {
 
 struct Prior {
   EquationTexts equations;
-  Eigen::VectorXd state_min, state_max;       ///< of [x; p], a little beyond the states' range
+  Eigen::VectorXd state_min, state_max;       ///< limits of [x; p], a little beyond the states' range
   Eigen::VectorXd fine, coarse;               ///< n_y, innovations at which s is 1/2
   Eigen::VectorXd state_noise, output_noise;  ///< variances at c_q = 0 (n_x, per sample period) and c_r = 0 (n_y)
   Network gates;                              ///< [m; w] -> [a_s; a_g]: one layer

@@ -14,7 +14,7 @@ namespace nlo::codegen {
 /// Reads and validates. Throws Error: `FILE: FIELD: what is wrong and what to do`.
 Model read_model(const std::string& path);
 
-/// The same from text; `origin` stands for the file in messages.
+/// Reads a model from text. Messages name `origin` in place of the file.
 Model parse_model(std::string_view json, const std::string& origin);
 
 /// One line per matrix row. Throws Error when a number is not finite or a text is not UTF-8.
@@ -23,8 +23,8 @@ std::string to_json(const Model& model);
 /// Validates, then replaces the file atomically: what stands on disk can always be read again.
 void write_model(const Model& model, const std::string& path);
 
-/// The same over the file that the model was made from, whose text was `read`.
-/// Throws Error where that has changed since.
+/// Writes like write_model() over the file that the model was made from, whose text was `read`. Throws Error if the
+/// file has changed since.
 void rewrite_model(const Model& model, const std::string& path, std::string_view read);
 
 }  // namespace nlo::codegen

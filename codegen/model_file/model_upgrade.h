@@ -7,7 +7,7 @@
 
 namespace nlo::codegen {
 
-/// What this program writes. It reads this version and all before it.
+/// The version that this program writes. It reads this version and all earlier ones.
 inline constexpr int kModelVersion = 2;
 
 /// Changes `file`, of `version` from 1 to kModelVersion, to kModelVersion. Throws Error when it holds a field that its

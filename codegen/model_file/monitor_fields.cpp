@@ -56,7 +56,8 @@ void check_positive_number(double value, const char* field) {
   if (!(value > 0.0) || !std::isfinite(value)) fail("monitor.{} is {}; it must be positive", field, value);
 }
 
-/// Of what is divided by: with both ends no level leaves float32, and no limit is one that nothing ever passes.
+/// Requires that divisors lie within [least, most]. Then every level is finite in float32, and every limit can be
+/// exceeded.
 void check_within(const Eigen::MatrixXd& values, double least, double most, const std::string& field) {
   for (Eigen::Index i = 0; i < values.rows(); ++i)
     for (Eigen::Index j = 0; j < values.cols(); ++j)
@@ -155,7 +156,7 @@ void check_monitor(const Model& model) {
   const Monitor& m = *model.monitor;
   constexpr int kMostWindows = 8;
   constexpr double kLongest = 1e6;                    // samples
-  constexpr double kLeast = 1e-12, kMost = kNoLimit;  // of what is divided by
+  constexpr double kLeast = 1e-12, kMost = kNoLimit;  // limits of divisors
   const Eigen::Index windows = m.windows();
   if (windows < 1 || windows > kMostWindows)
     fail("monitor.windows_s has {} numbers; it must have 1 to {}", windows, kMostWindows);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What every model must satisfy before it is written, read or exported: shapes that agree, finite numbers, a latent
-// system that forgets its start, names that are safe in code.
+// Conditions that every model must satisfy before it is written, read or exported: shapes that agree, finite numbers, a
+// latent system that forgets its start, names that are safe in code.
 #pragma once
 
 #include "codegen/model/model.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the latent state of a structure runs between two samples: its equations with dynamic sizes and nothing folded.
-// What ReferenceObserver steps; each structure's module has its own.
+// The motion of a latent state between two samples: the equations of a structure with dynamic sizes and nothing folded.
+// ReferenceObserver steps them; each structure's module has its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace nlo::codegen {
 
-/// What acts on the latent state from one sample to the next.
+/// Readings that act on the latent state from one sample to the next.
 template <class Scalar>
 struct Between {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
@@ -38,7 +38,7 @@ class ReferenceDynamics {
   /// A longer step is refused [s].
   virtual double longest_step_s() const { return std::numeric_limits<double>::infinity(); }
 
-  /// What T* gives, n_x x B, becomes the estimate, in place.
+  /// Turns the output of T*, n_x x B, into the estimate, in place.
   virtual void finish(Matrix& x_hat) const { (void)x_hat; }
 
   /// dz/dt, n_z x B, at z (n_z x B) and y (n_y x B); one u (n_u) for all, empty: none.

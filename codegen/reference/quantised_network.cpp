@@ -13,7 +13,7 @@ namespace {
 
 using Integers = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1>;
 
-/// Of tanh in Q16, |argument| <= 8.
+/// Argument of tanh in Q16, limited to |argument| <= 8.
 std::int32_t argument(int shift, std::int32_t sum) {
   constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
   return std::clamp(sum >> shift, -kEnd, kEnd - 1);

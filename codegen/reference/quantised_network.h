@@ -37,10 +37,10 @@ struct QuantisedUnits {
   QuantisedNetwork candidate;  ///< [g z; y] -> n_z; no centre, no gain
 };
 
-/// What of an observer is in integers.
+/// The parts of an observer that are in integers.
 struct QuantisedModel {
   QuantisedNetwork map;                      ///< T*
-  std::optional<QuantisedUnits> units = {};  ///< of structure gated
+  std::optional<QuantisedUnits> units = {};  ///< for structure gated
 };
 
 /// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.

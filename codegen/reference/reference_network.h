@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A network as codegen/model/network.h states it, over columns of inputs: nothing folded, the standard library's
-// activations (or the runtime's, to see what they change).
-// The one forward pass that everything but flight and training uses.
+// Evaluates a network (codegen/model/network.h) over columns of inputs, with nothing folded. Activations are the
+// standard library's, or the runtime's to see their effect. All code except flight and training uses this forward
+// pass.
 #pragma once
 
 #include <nlo/kernels/activation.h>

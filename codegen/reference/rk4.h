@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The classical Runge-Kutta method over values of Eigen: plants that are simulated, filters, the reference observer.
-// What flies and what trains steps by nlo/explicit_rk.h.
+// The classical Runge-Kutta method over values of Eigen, for simulated plants, filters and the reference observer.
+// Flight and training use nlo/explicit_rk.h.
 #pragma once
 
 namespace nlo::codegen {

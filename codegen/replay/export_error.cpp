@@ -21,7 +21,7 @@ constexpr int kFewest = 1000;   // one beyond it
 constexpr int kToneSamples = 1000;
 constexpr int kMostToneRuns = 40;
 
-/// What the sensors gave.
+/// The sensors' readings of a recorded run.
 ReplayInputs measured(const Flight& flight, const FlightRun& run) {
   ReplayInputs inputs{VectorXd::Zero(run.outputs.cols()), flight.output_step.asDiagonal() * run.outputs.cast<double>(),
                       flight.input_step.asDiagonal() * run.inputs.cast<double>()};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the arithmetic of an export costs: the exported observer beside the model's equations in double, over the
-// flights that training recorded, from a reset each, and over synthetic tones where those are few.
+// The error of an export's arithmetic: differences between the exported observer and the model's equations in double,
+// over the flights that training recorded, each from a reset, and over synthetic tones where flights are few.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ struct ExportError {
   Eigen::VectorXd quantile999;  ///< 99.9 % of them are within this
   Eigen::VectorXd max_outside;  ///< over the samples outside of the domain; 0 when there are none
   int samples = 0, outside = 0;
-  int recorded = 0;  ///< of `samples`, those of recorded flights; the others are of tones
+  int recorded = 0;  ///< number of `samples` from recorded flights; the others are from tones
 };
 
 /// The smallest of `values` that at least the share `p` of them do not exceed; 0 < p <= 1. 0 of none.
@@ -30,7 +30,7 @@ class ErrorReplay {
   /// `plain`: the model folded. Throws Error, with the mend, when fewer than 1,000 samples lie in the domain.
   ErrorReplay(const Model& model, const FoldedModel& plain);
 
-  /// Of the model as `exported`, folded, in a scalar; what is in integers where `quantised` is given.
+  /// Error of the folded model `exported` in a scalar, with integers where `quantised` is given.
   ExportError error(const FoldedModel& exported, const QuantisedModel* quantised, ScalarType scalar) const;
 
  private:

@@ -45,7 +45,7 @@ class ReferenceMonitor {
   /// Measurements that usable_outputs() kept away since reset().
   Eigen::Index rejected() const { return all_rejected_; }
 
-  /// Of a model with these limits, what an entry of levels() tells of.
+  /// The alarm that each entry of levels() stands for, for a model with these limits.
   static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);
 
  private:

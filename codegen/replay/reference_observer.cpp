@@ -25,7 +25,7 @@ const Model& validated(const Model& model) {
   return model;
 }
 
-/// What z may be: as far as the runtime lets it go.
+/// Whether z is within the bounds of the runtime.
 template <class Vector>
 bool is_latent(const Vector& z) {
   return z.allFinite() && z.cwiseAbs().maxCoeff() <= typename Vector::Scalar(0x1p100);

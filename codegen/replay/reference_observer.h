@@ -41,9 +41,10 @@ class ReferenceObserver {
   /// Copies the model. Throws Error unless it is valid (see validate.h).
   explicit ReferenceObserver(const Model& model);
 
-  /// The same, not validated, with the runtime's activations: for a model that is rewritten as it is exported.
-  /// With `integers`, which must outlive it, z moves as they do (float only).
-  /// `ranges` are those of the model before it was rewritten: its T* may not show any more what it knows relatively.
+  /// Makes an observer without validation, with the runtime's activations, for a model that is rewritten as it is
+  /// exported. With `integers`, which must outlive the observer, z moves as they do (float only).
+  /// `ranges`: from the model before it was rewritten, because the rewritten T* may not show which outputs it reads
+  /// relatively.
   ReferenceObserver(const Model& model, Activations activations, FlownRanges ranges,
                     const QuantisedModel* integers = nullptr);
 
@@ -54,8 +55,8 @@ class ReferenceObserver {
   /// the first good sample, nothing happens.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {});
 
-  /// The same over `dt_s` since the last sample. A step that is not positive, or longer than the structure can span,
-  /// does nothing.
+  /// Steps over `dt_s` since the last sample. Does nothing if `dt_s` is not positive or longer than the structure can
+  /// span.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
 
   /// x_hat, n_x.
@@ -74,7 +75,7 @@ class ReferenceObserver {
   /// As the runtime's: in_domain(), and no reading is stale or out of range.
   bool error_is_known() const { return in_domain() && status_ < StepStatus::kStale; }
 
-  /// What the runtime's observer says of the last step.
+  /// The status that the runtime's observer returns for the last step.
   StepStatus status() const { return status_; }
 
   /// Status of one output in the last step.

@@ -36,7 +36,7 @@ class ExportedObserver {
   /// The standard deviations of the errors, n_x; size 0 where the export has none. known: in_domain() is true there.
   Eigen::VectorXd deviation(const Eigen::VectorXd& z, const Eigen::VectorXd& y, bool known) const;
 
-  /// The same of each column, n_x x N. The sums of floats may round otherwise.
+  /// Estimates for each column of z and y, n_x x N. Sums of floats may round differently.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
  private:
@@ -50,7 +50,7 @@ Eigen::VectorXd turns_in(const Model& model, const Eigen::VectorXd& y);
 /// N samples.
 struct ReplayRun {
   ReplayInputs inputs;             ///< as the export reads them: rounded to its scalar
-  std::vector<StepStatus> status;  ///< that each must give
+  std::vector<StepStatus> status;  ///< expected status of each sample
   std::vector<bool> in_domain;     ///< z lies where training has been
   Eigen::MatrixXd z, x_hat;        ///< n_z x N, n_x x N: the model's equations in double, angles turned back. int16:
                                    ///< T* of the nearest point of its input box

@@ -45,7 +45,7 @@ class SampleValidation {
   StepStatus status(Eigen::Index output) const { return status_of(health_[static_cast<std::size_t>(output)]); }
 
  private:
-  /// Of a channel: its samples in a row that were not used unchanged, and what happened to the last.
+  /// Health of a channel: the number of samples in a row that were not used unchanged, and what happened to the last.
   struct Health {
     int count = 0;
     bool held = false;     ///< its last good value was used
@@ -62,7 +62,7 @@ class SampleValidation {
 
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
-  std::vector<Health> health_;  ///< of each reading, then of each input that is none
+  std::vector<Health> health_;  ///< health of each reading, then of each input that is no reading
   bool started_ = false;
 };
 

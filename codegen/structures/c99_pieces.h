@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What structures share in C99 whose steps are made of pieces of about one sample period.
+// C99 text for structures that divide a long step into pieces of about one sample period.
 #pragma once
 
 #include <map>

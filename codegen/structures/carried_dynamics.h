@@ -108,7 +108,7 @@ class CarriedDynamics final : public ReferenceDynamics<Scalar> {
     return Axes::Identity() - std::sin(angle) / angle * cross + 2 * half * half * cross * cross;
   }
 
-  /// Those of component j of the outputs.
+  /// Rows of component j of the outputs.
   auto rows(Matrix& z, Eigen::Index j) const { return z.middleRows(j * (z.rows() / ny_), z.rows() / ny_); }
   auto rows(const Matrix& z, Eigen::Index j) const { return z.middleRows(j * (z.rows() / ny_), z.rows() / ny_); }
 

@@ -95,7 +95,7 @@ class CarriedHeader final : public CppStructureBase {
  private:
   Eigen::Index modes() const { return nz_ / ny_; }
   bool reads_output() const { return weights_.cols() > ny_ / kAxes * modes(); }
-  /// Of a model whose map is not looked at.
+  /// Folds the latent system of one component. The map is not used.
   static FoldedModel folded_latent(const Model& component) {
     FoldedModel folded;
     folded.step = latent_step(component, component.sample_period_s);

@@ -107,7 +107,7 @@ void check_inputs(const Model& m) {
   check_network(own.forward_map, m.nx(), m.nz(), "drive.forward_map", "n_u x n_x");
 }
 
-/// Of a Linear in templates/c99/kkl.c.in.
+/// Initialiser of a Linear in templates/c99/kkl.c.in.
 std::string c99_linear_step(const Model& m, const StepMatrices& step, const Initialiser& init) {
   return "{" + init.vector(step.a_minus_1, "A") + ",\n     " + init.matrix(step.b0, "B0") +
          (m.hold == Hold::kZeroOrder ? "" : ",\n     " + init.matrix(step.b1, "B1")) + "}";

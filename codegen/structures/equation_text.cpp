@@ -19,7 +19,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Those that the equations name, and the one that noises are made by.
+/// Functions that the equations name, and exp, which the noises need.
 std::set<Function> functions_of(const Equations& equations) {
   std::set<Function> named = {Function::kExponential};
   const auto add = [&](const std::vector<Expression>& expressions) {

@@ -31,7 +31,7 @@ class EquationLines {
   std::function<std::string(const std::string&)> part_of_sum_;
 };
 
-/// Those of templates/c99/functions.c.in that the equations name.
+/// The functions of templates/c99/functions.c.in that the equations name.
 std::string c99_functions(const Equations& equations, const Initialiser& init);
 
 }  // namespace nlo::codegen

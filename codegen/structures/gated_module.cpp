@@ -39,7 +39,7 @@ class GatedDynamics final : public ReferenceDynamics<Scalar> {
   ReferenceUnits<Scalar> units_;
 };
 
-/// The same in integers.
+/// The dynamics of gated units in integers.
 class IntegerGatedDynamics final : public ReferenceDynamics<float> {
  public:
   IntegerGatedDynamics(const Model& m, const QuantisedUnits& units)
@@ -104,14 +104,14 @@ class GatedHeader final : public CppStructureBase {
   }
 };
 
-/// Of [z; y]: z stays within +-1.
+/// Largest size of [z; y]; z stays within +-1.
 Eigen::VectorXd largest_reads(const Model& m) {
   Eigen::VectorXd largest(m.nz() + m.nr());
   largest << Eigen::VectorXd::Ones(m.nz()), largest_readings(m);
   return largest;
 }
 
-/// What is claimed is proven by the weights as they are.
+/// Throws Error unless the weights prove the contraction that the file states.
 void check_contraction(const Gated& own, const Model& m) {
   if (own.contraction.none()) return;
   check_shape(own.contraction.metric, m.nz(), "contraction.metric", "n_z");

@@ -26,7 +26,7 @@ std::complex<float> step_factor(std::complex<double> lambda, double h, Hold hold
   return {static_cast<float>(1.0 + mode.a_minus_1.re), static_cast<float>(mode.a_minus_1.im)};
 }
 
-/// Of each mode that reads an output: clocks forget nothing of y.
+/// Decay rate of each mode that reads an output. A clock reads none.
 std::vector<double> driven_rates(const LinearLatent& latent) {
   std::vector<double> rates;
   for (int r = 0; r < latent.eigenvalues.size(); ++r) {
@@ -88,7 +88,8 @@ void check_linear_latent(const Model& m) {
                                 : "it is too slow to be told from an integrator: use a faster eigenvalue");
     if (paired) ++i;
   }
-  const Eigen::MatrixXd gain = steady_gain(m);  // what a reading of 1 puts into z: also of one that is always small
+  // The effect of a reading of 1 on z, also for a reading that is always small.
+  const Eigen::MatrixXd gain = steady_gain(m);
   for (Eigen::Index i = 0; i < nz; ++i)
     if (!(latent.output_injection.row(i).cwiseAbs().maxCoeff() <= kLargestNumber &&
           gain.row(i).cwiseAbs().maxCoeff() <= kLargestNumber))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What observers with the linear latent system z' = D z + F y share, whatever stands beside it: its fields in the model
-// file, its checks, its part of a C++ header.
+// The linear latent system z' = D z + F y, which several structures have: its fields in the model file, its checks, its
+// part of a C++ header.
 #pragma once
 
 #include <string>

@@ -98,7 +98,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     return expected;
   }
 
-  /// What an extended Kalman filter's measurement adds to x; the covariance in x becomes that behind it.
+  /// Returns the correction that an extended Kalman filter's measurement adds to x, and updates the covariance in x.
   Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny();
     const auto noise = [&](const Eigen::VectorXd& unit, Eigen::Index at, Eigen::Index row) {

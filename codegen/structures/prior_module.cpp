@@ -24,7 +24,7 @@ Index reads_of_units(const Model& m) {
   return 2 * m.ny() + m.nr() + m.nx();
 }
 
-/// Of [x; p].
+/// Size of [x; p].
 int carried_by(const Model& m) {
   return m.nx() + triangle_size(m.nx());
 }
@@ -108,7 +108,7 @@ VectorXd largest_carried(const Prior& own) {
   return own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
 }
 
-/// Of [m; w].
+/// Largest size of [m; w].
 VectorXd largest_reads(const Model& m, const Prior& own) {
   const Index units = m.nz() - carried_by(m);
   VectorXd largest(units + reads_of_units(m));

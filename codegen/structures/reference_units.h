@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What structures with gated units share: a step of the units in the reference, and what their layers must be.
+// Gated units, which several structures have: a step of the units in the reference, and the checks of their layers.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -36,7 +36,7 @@ class ReferenceUnits {
   }
 
  private:
-  /// Where z is drawn to, and by what exponent over one sample period.
+  /// The target of z, and the exponent of the motion towards it over one sample period.
   struct Pull {
     Matrix exponent, target;
   };

@@ -23,7 +23,7 @@
 
 namespace nlo::codegen {
 
-/// What exists for a structure beside the C++ header in float and double.
+/// Exports that a structure has beside the C++ header in float and double.
 struct Abilities {
   bool c99 = false;    ///< target c99
   bool int16 = false;  ///< --scalar int16: the runtime's model takes a QuantisedMap
@@ -45,13 +45,13 @@ class StructureModule {
   /// Throws Error naming the field, what is wrong and what to do. What all models have is right already.
   virtual void check(const Model& model) const = 0;
 
-  // What others may ask (codegen/model/model.h).
+  // Questions of other code (codegen/model/model.h).
 
   virtual std::vector<Named<Network>> networks(Model& model) const = 0;
   virtual Network* inverse_map(Model& model) const = 0;
   virtual LinearLatent* linear_latent(Model&) const { return nullptr; }
   virtual const std::vector<Channel>& inputs(const Model& model) const { return model.inputs; }
-  /// The same observer, taking no inputs.
+  /// The observer without inputs.
   virtual Structure without_inputs(const Model& model) const { return model.structure; }
   /// How inputs(model) move between two samples.
   virtual Hold input_hold(const Model& model) const { return model.input_hold; }
@@ -71,7 +71,7 @@ class StructureModule {
   virtual bool saturates() const { return false; }
   /// |z| at most, n_z, whatever is measured, where the equations say so by themselves.
   virtual std::optional<Eigen::VectorXd> latent_limit(const Model&) const { return std::nullopt; }
-  /// What its weights prove of forgetting where z began: none where they do not, nothing where no proof is known.
+  /// The contraction that the weights prove: Contraction::none() if they prove none, nothing if no proof is known.
   virtual std::optional<Contraction> contraction(const Model&) const { return std::nullopt; }
   /// Rates of the fastest and the slowest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one place that lists the structures (structures.h has their types in the same order), and what
-// codegen/model/model.h says of all models.
+// Lists the structures (structures.h has their types in the same order), and answers the questions of
+// codegen/model/model.h for all models.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -87,7 +87,7 @@ std::vector<Channel> measured_channels(const Model& m) {
 
 namespace {
 
-/// Of a bound of outputs and inputs, with that of the stalenesses.
+/// Stacks bounds of the outputs, the inputs and the stalenesses.
 Eigen::VectorXd stacked(const Model& m, const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, double stale) {
   Eigen::VectorXd all(m.nr());
   all << outputs, inputs, Eigen::VectorXd::Constant(static_cast<Eigen::Index>(m.failures.outputs.size()), stale);

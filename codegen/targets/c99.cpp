@@ -66,7 +66,7 @@ constexpr const char* kDoubleCheck =
     "#error \"double is not of 64 bits here: export with --scalar float or int16\"\n"
     "#endif\n";
 
-/// What a measurement may be, and where z starts and stays.
+/// Ranges of the measurements and of z, and the start of z.
 std::map<std::string, std::string> ranges(const Model& m, const FlownRanges& flown, const Initialiser& init) {
   // Inputs that act apart from the readings are taken as they come.
   const int acting = acting_inputs(m), held = m.nr() + acting;

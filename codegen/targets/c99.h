@@ -19,8 +19,8 @@ void check_c99(const Model& model, const std::string& target = "c99");
 /// number does not fit the scalar.
 std::vector<NamedText> c99(const PreparedExport& prepared);
 
-/// What a target of other files over the same templates needs (single_header.cpp): the export with the most accurate
-/// tanh, after the checks of c99(); what the templates' keys stand for, functions being called NAME_step and so on; and
+/// For targets that fill the same templates into other files (single_header.cpp): the export with the most accurate
+/// tanh, after the checks of c99(); the values of the templates' keys, with functions called NAME_step and so on; and
 /// the comment at the top of a file.
 PreparedExport for_c99(const PreparedExport& prepared, const std::string& target);
 std::map<std::string, std::string> c99_values(const PreparedExport& prepared, const std::string& name);

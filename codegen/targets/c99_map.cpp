@@ -104,7 +104,7 @@ NetworkText network_text(const std::string& prefix, const FoldedNetwork& n, cons
   return text;
 }
 
-/// Of a network of a step: `forward_map` of drive.forward_map, and kForwardMap.
+/// Name of the function of a network, such as `forward_map` for drive.forward_map.
 std::string function_name(const FoldedNetwork& n) {
   return n.field.substr(n.field.rfind('.') + 1);
 }

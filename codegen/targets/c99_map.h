@@ -27,7 +27,7 @@ std::string c99_tangents(const FoldedModel& folded, const Initialiser& init, con
 /// The functions of a map in the scalar of `init`, up to NAME_estimate.
 std::string c99_map(const std::string& name, const Model& model, const FoldedModel& folded, const Initialiser& init);
 
-/// The same in int16, all around it in float.
+/// The map in int16; its inputs and outputs are in float.
 std::string c99_int16_map(const std::string& name, const Model& model, const FoldedModel& folded,
                           const QuantisedModel& quantised, const Initialiser& init);
 

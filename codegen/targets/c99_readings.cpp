@@ -36,7 +36,7 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
   }
 }
 
-/// What step() does not take: expressions over what it takes.
+/// Computed outputs: expressions over the arguments of step().
 void set_computed(const Model& m, const Initialiser& init, Values& values) {
   values["COMPUTE"] =
       "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a C99 observer reads beside its outputs: the parts of its templates for known inputs, and for sensors that may
-// fail.
+// Parts of the C99 templates for readings beside the outputs: known inputs, and sensors that may fail.
 #pragma once
 
 #include <map>
@@ -15,8 +14,8 @@ namespace nlo::codegen {
 /// Values of the templates by name; nothing but a measurement is read where the model has neither.
 std::map<std::string, std::string> c99_readings(const Model& model, const std::string& name, const Initialiser& init);
 
-/// The constant that sizes what an observer holds of a sample, "kNy" or "kNr": the readings, and behind them the inputs
-/// that act apart from those. And the one that sizes what F and T* read of it.
+/// Name of the constant that is the size of a held sample, "kNy" or "kNr": the readings, then the inputs that are no
+/// readings. The second function names the size of the readings of F and T*.
 std::string c99_held_size(const Model& model);
 std::string c99_readings_size(const Model& model);
 

@@ -20,9 +20,8 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   constexpr Eigen::Index kInt = 4;  // which output; padded to whole scalars
   if (failing > 0) cost.constant_bytes += bytes * (failing + 2 + (kInt * failing + bytes - 1) / bytes);
   const Eigen::Index channels = ny + nu + failing;
-  const Eigen::Index scalars =
-      (2 * channels + 2 + bytes - 1) / bytes;                   // that what became of each channel, and flags, take
-  cost.observer_bytes = bytes * (1 + nz + channels + scalars);  // pointer (32 bit, padded), z, y, u
+  const Eigen::Index scalars = (2 * channels + 2 + bytes - 1) / bytes;  // taken by the channels' health and flags
+  cost.observer_bytes = bytes * (1 + nz + channels + scalars);          // pointer (32 bit, padded), z, y, u
   return cost;
 }
 

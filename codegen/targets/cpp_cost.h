@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an observer in a generated C++ header costs, as far as the model alone decides it.
+// The cost of an observer in a generated C++ header, as far as the model alone decides it.
 #pragma once
 
 #include <Eigen/Core>

@@ -29,7 +29,8 @@ struct Source {
   const std::string& name;
 };
 
-/// Of estimate_with_error(), beside estimate(): the squares of the hidden layer, its sums, and a 2^v for each state.
+/// Cost of estimate_with_error() beside estimate(): the squares of the hidden layer, its sums, and a 2^v for each
+/// state.
 std::string error_cost(const Source& s) {
   if (!s.folded.error) return s.model.error ? "//   its standard deviations are not in int16 and left out\n" : "";
   const DenseLayer& layer = s.folded.error->layer;
@@ -119,7 +120,7 @@ std::string enumeration(const char* name, const std::vector<Channel>& channels) 
   return fmt::format("struct {} {{\n  enum : int {{ {} }};\n}};\n", name, channel_list(channels, false));
 }
 
-/// What step() computes of what it is given.
+/// Text on the outputs that step() computes.
 std::string computed(const Source& s) {
   const int count = s.model.ny() - s.model.measured();
   if (count == 0) return "";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the exports of an observer share, whatever their language: what a comment says of the model, and what a scalar
-// must hold.
+// Parts of every export, in any language: comments about the model, and checks of a scalar's range.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,17 +30,17 @@ std::string facts(const Model& model);
 /// The readings as lines of comment: the range in which each is used unchanged, and what happens beyond.
 std::string ranges_text(const PreparedExport& prepared);
 
-/// What a reader must know of numbers that are not plainly those of the scalar (int16, weights of 16 bits, a chosen
-/// tanh), as lines of comment; else empty.
+/// Lines of comment on numbers that are not plain scalars (int16, weights of 16 bits, a chosen tanh). Empty for plain
+/// scalars.
 std::string arithmetic_note(const PreparedExport& prepared);
 
-/// The templates below `folder` ("zephyr/") whose name `wanted` takes, filled; their paths inside of it, NAME in them
-/// being `name`.
+/// Fills the templates below `folder` ("zephyr/") whose name `wanted` accepts. Paths are relative to it, with `name` in
+/// place of NAME.
 std::vector<NamedText> filled_folder(
     std::string_view folder, const std::string& name, const std::map<std::string, std::string>& values,
     const std::function<bool(std::string_view)>& wanted = [](std::string_view) { return true; });
 
-/// What templates of wrappers around the C99 pair of `prepared` ask for: names, sizes, the scalar, channels in words.
+/// Values for the templates of wrappers around the C99 pair of `prepared`: names, sizes, the scalar, channels in words.
 std::map<std::string, std::string> wrapper_values(const PreparedExport& prepared);
 
 /// Throws Error when the sample period or an output's range is lost in the scalar.

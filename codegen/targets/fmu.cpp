@@ -243,7 +243,7 @@ std::vector<NamedText> files_of(const PreparedExport& given, Fmi version) {
   values.merge(lists_of(variables(m), version));
   std::vector<NamedText> files = c99(prepared);
   for (NamedText& file : files) file.path = "sources/" + file.path;
-  // Whatever an instance's state or an importer's list of variables rests on makes another token.
+  // The token changes with everything that an instance's state or an importer's list of variables depends on.
   const std::vector<NamedText> described = {{"", values["VARIABLES"]}};
   const std::uint64_t hash = hash_of(described, hash_of(files, 0xcbf29ce484222325U));
   values["HASH"] = fmt::format("0x{:016x}", hash);
@@ -265,7 +265,7 @@ std::vector<NamedText> archive(const PreparedExport& prepared, const std::vector
 /// Returns the platform of an ELF library as FMI names it: "x86_64-linux" by FMI 3.0, "linux64" by FMI 2.0. Empty if it
 /// is no ELF library or FMI has no name for its processor.
 std::string platform_of(std::string_view library, Fmi version) {
-  static const std::map<int, std::pair<const char*, const char*>> kMachines = {// of 32 bits, of 64
+  static const std::map<int, std::pair<const char*, const char*>> kMachines = {// for 32 bits, for 64
                                                                                {3, {"x86", ""}},
                                                                                {40, {"aarch32", ""}},
                                                                                {62, {"", "x86_64"}},

@@ -16,11 +16,11 @@ namespace nlo::codegen {
 /// c99() does.
 std::vector<NamedText> fmu_of_sources(const PreparedExport& prepared);
 
-/// The same with a shared library by the C compiler of this machine ($CC, or cc): for Linux on the processor that it
-/// compiles for. Throws Error, with what the compiler printed, when there is none.
+/// NAME.fmu with a shared library too, by the C compiler of this machine ($CC, or cc), for Linux on the compiler's
+/// processor. Throws Error with the compiler's output if there is no library.
 std::vector<NamedText> fmu(const PreparedExport& prepared);
 
-/// The same two by FMI 2.0, which has no arrays: z and initial_z are scalars z[1], z[2] and so on.
+/// The two exports by FMI 2.0, which has no arrays: z and initial_z are scalars z[1], z[2] and so on.
 std::vector<NamedText> fmu2_of_sources(const PreparedExport& prepared);
 std::vector<NamedText> fmu2(const PreparedExport& prepared);
 

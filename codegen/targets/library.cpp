@@ -123,7 +123,7 @@ Values values_of(const PreparedExport& prepared) {
   };
 }
 
-/// What the package for ros2_control says beside that.
+/// Further values for the package of ros2_control.
 Values ros2_values_of(const PreparedExport& prepared) {
   const Model& m = prepared.model();
   const std::string& name = prepared.name();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an export may spend less on than its scalar: weights of 16 bits (nlo/kernels/weight.h), and a tanh as accurate
-// as its budget of error asks for (nlo/kernels/activation.h).
+// Cheaper numbers than the scalar of an export: weights of 16 bits (nlo/kernels/weight.h), and a tanh that is only as
+// accurate as the allowed error requires (nlo/kernels/activation.h).
 #pragma once
 
 #include <nlo/kernels/activation.h>

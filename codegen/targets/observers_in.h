@@ -24,7 +24,7 @@ struct GeneratedObserver {
   std::vector<NamedText> files;  ///< the header first
 };
 
-/// Those among `files`, or in the archive that these are.
+/// Finds the observers in `files`, or in an archive among them.
 std::vector<GeneratedObserver> observers_in(const std::vector<NamedText>& files);
 
 /// `prepared` under the name that this one of its observers has.

@@ -19,23 +19,23 @@ namespace nlo::codegen {
 class PreparedExport {
  public:
   /// Validates, folds and, in int16, quantises. With `max_error` (as error_limits() reads it), takes the cheapest tanh
-  /// that keeps the largest error of every state in the domain within it, or the most accurate when none does; nothing
-  /// is to choose in another scalar than float, or without tanh. The same model and options give the same export on the
-  /// same machine. Throws Error, with the mend, when the model cannot be exported so.
+  /// that keeps the largest error of every state in the domain within it, or the most accurate if none does. Only float
+  /// with tanh has a choice. The same model and options give the same export on the same machine. Throws Error, with
+  /// the remedy, if the model cannot be exported with these options.
   explicit PreparedExport(const Model& model, const ExportOptions& options = {}, const std::string& max_error = "");
 
   const Model& model() const { return model_; }
   const ExportOptions& options() const { return options_; }  ///< with the tanh that was chosen
   const std::string& name() const { return name_; }          ///< namespace and file name of what is generated
   const FoldedModel& folded() const { return folded_; }      ///< in the numbers of options()
-  const QuantisedModel* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< of int16
+  const QuantisedModel* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< for int16
   const Initialiser& initialiser() const { return initialiser_; }
   ExportSource source() const { return {model_, folded_, initialiser_, quantised()}; }
 
-  /// What its arithmetic costs; measured at the first call. Throws Error when too few samples lie in the domain.
+  /// The error of its arithmetic, measured at the first call. Throws Error if too few samples lie in the domain.
   const ExportError& error() const;
 
-  /// The same model in other numbers; what was measured of the model itself is shared.
+  /// Prepares the same model with other options. Measurements of the model itself are shared.
   PreparedExport with(const ExportOptions& options) const;
 
  private:

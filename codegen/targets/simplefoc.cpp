@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A Sensor of SimpleFOC around the C99 pair: which channel is the shaft's angle, which its velocity, and the rest of
-// what templates/simplefoc asks for.
+// A Sensor of SimpleFOC around the C99 pair: finds the channels of the shaft's angle and velocity, and fills
+// templates/simplefoc.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,12 +20,12 @@
 namespace nlo::codegen {
 namespace {
 
-/// What a role asks of a channel: SimpleFOC is in rad and rad/s.
+/// Requirements of a role. SimpleFOC uses rad and rad/s.
 struct Role {
-  const char* key;   ///< of --roles
+  const char* key;   ///< key of --roles
   const char* what;  ///< in messages: "output"
   const char* unit;
-  std::vector<std::string_view> names;  ///< that tell it where the model says no unit
+  std::vector<std::string_view> names;  ///< names that identify the channel if the model has no units
 };
 
 const Role kAngle = {"angle", "output", "rad", {"angle", "theta", "position", "angle_measured", "theta_measured"}};
@@ -64,7 +64,7 @@ const Channel* find(const Role& role, const std::string& given, const std::vecto
   return found;
 }
 
-/// What the example gives for a reading: what SimpleFOC knows by its unit, else `otherwise`.
+/// The expression of a reading in the example: a value of SimpleFOC that has its unit, else `otherwise`.
 std::string given_by_motor(const Channel& channel, const char* otherwise) {
   if (channel.unit == "V") return "motor.sensor_direction * motor.voltage.q";
   if (channel.unit == "A") return "motor.sensor_direction * motor.current.q";
@@ -94,7 +94,7 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
         angle->name, angle->wrap);
 
   std::string readings;
-  std::vector<Channel> others;  // that the encoder does not give
+  std::vector<Channel> others;  // channels that the encoder does not measure
   for (const Channel& channel : measured)
     if (&channel != angle) {
       others.push_back(channel);

@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// What the C99 templates are filled with for NAME, so that no name of a user's reads like one of theirs.
+/// Stands for NAME in the C99 templates, so that no name of the user looks like one of theirs.
 constexpr std::string_view kSelf = "SELF";
 
 std::string word_in_cpp20(const std::string& word) {

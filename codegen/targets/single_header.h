@@ -9,7 +9,7 @@
 
 namespace nlo::codegen {
 
-/// The same bytes for the same model. Throws Error when c99() does.
+/// Writes the header; the same model gives the same bytes. Throws Error when c99() does.
 std::string single_header(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a model can be exported to. A new target is one file beside this one and one line in target_registry.cpp.
+// The targets of an export. A new target is one file beside this one and one line in target_registry.cpp.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace nlo::codegen {
 
-/// What an export is made of.
+/// The files of an export.
 enum class ExportForm : std::uint8_t {
   kFile,       ///< one file, under any name
   kFiles,      ///< several that include each other by name, in one folder; the first is the one to include
@@ -28,7 +28,7 @@ struct ExportTarget {
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
   bool of_c99 = false;       ///< made of what the c99 pair has: no standard deviations, one tanh
   bool roles = false;        ///< asks which channels are what (ExportOptions::roles)
-  bool no_observer = false;  ///< what it writes belongs to an observer of another target
+  bool no_observer = false;  ///< its files belong to an observer of another target
 };
 
 const std::vector<ExportTarget>& export_targets();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where an export goes: one file under the name that the user gives, several beside each other, or a folder.
+// Writes an export: one file under the name that the user gives, several beside each other, or a folder.
 #pragma once
 
 #include <string>

@@ -10,17 +10,17 @@
 
 namespace nlo::codegen {
 
-/// Of a nlo::MonitorModel, as C and C++ alike initialise it.
+/// A constant of a nlo::MonitorModel. C and C++ initialise it in the same way.
 struct MonitorConstant {
   const char *name, *type, *extents;  ///< "gain", "Scalar", "[kWindows]"
-  std::string field;                  ///< of the model: "monitor.windows_s"
+  std::string field;                  ///< field of the model: "monitor.windows_s"
   Eigen::MatrixXd values;
   std::string text;
 
   bool is_integer() const { return std::string_view(type) != "Scalar"; }
 };
 
-/// Of a model that has a monitor, as all of these are.
+/// The constants of a model that has a monitor, as for all functions here.
 std::vector<MonitorConstant> monitor_constants(const Model& model, const Initialiser& init);
 
 /// A comment: what its limits were set for.

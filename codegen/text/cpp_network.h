@@ -19,7 +19,7 @@ struct CppNetwork {
   std::string type;   ///< name of its mlp's type: "Network"
   std::string reads;  ///< "[z; y]"
   const QuantisedNetwork* quantised = nullptr;
-  const FoldedErrorHead* error = nullptr;  ///< of T*, where it has one
+  const FoldedErrorHead* error = nullptr;  ///< error head of T*, if any
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a structure puts into its generated C++ header. Each structure's module has its own.
+// The part of a generated C++ header that depends on the structure. Each structure's module has its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,12 +13,12 @@
 
 namespace nlo::codegen {
 
-/// What an export is generated from.
+/// The model and the numbers from which an export is generated.
 struct ExportSource {
   const Model& model;
   const FoldedModel& folded;
   const Initialiser& init;
-  const QuantisedModel* quantised = nullptr;  ///< what is in int16; null: nothing
+  const QuantisedModel* quantised = nullptr;  ///< parts in int16; null: none
 };
 
 class CppStructure {
@@ -30,17 +30,17 @@ class CppStructure {
   virtual std::string header() const = 0;       ///< "kkl_observer.h"
   virtual std::vector<CppNetwork> networks() const = 0;
   virtual std::string types() const = 0;            ///< Model and Observer
-  virtual std::string leading_fields() const = 0;   ///< of kModel, between stale_after and outputs
-  virtual std::string trailing_fields() const = 0;  ///< of kModel, behind domain
+  virtual std::string leading_fields() const = 0;   ///< fields of kModel between stale_after and outputs
+  virtual std::string trailing_fields() const = 0;  ///< fields of kModel behind domain
 
   virtual Eigen::Index step_multiply_adds() const = 0;
   virtual Eigen::Index step_activations() const = 0;
   virtual Eigen::Index estimate_multiply_adds() const = 0;
   virtual Eigen::Index estimate_activations() const = 0;
-  virtual Eigen::Index own_scalars() const = 0;  ///< of constants, beside those that all have; padding counts as whole
+  virtual Eigen::Index own_scalars() const = 0;  ///< number of constants beyond those of every structure, with padding
 };
 
-/// What most structures share: an inverse map that is the estimate's cost, networks that end kModel.
+/// Base of most structures: the inverse map is the cost of the estimate, and networks end kModel.
 class CppStructureBase : public CppStructure {
  public:
   explicit CppStructureBase(const ExportSource& source);
@@ -55,9 +55,9 @@ class CppStructureBase : public CppStructure {
   /// The arguments that end a model's type where it reads inputs, has sensors that may fail, or saturates: ", 2",
   /// ", 2, Hold::kFirstOrder", ", 0, Hold::kZeroOrder, 0, Saturation::kLatent"; else nothing.
   std::string input_arguments() const;
-  std::string input_words() const;             ///< what a comment calls them: ", n_u, hold of u"
+  std::string input_words() const;             ///< the inputs in a comment: ", n_u, hold of u"
   std::string input_comment() const;           ///< lines of description, or nothing
-  std::string reads(bool latent_alone) const;  ///< what a network reads: "[z; y; u]"
+  std::string reads(bool latent_alone) const;  ///< the readings of a network: "[z; y; u]"
   /// The network of that field of the model file, with the names it has in the header.
   CppNetwork network(const std::string& field, const std::string& layer, const std::string& type,
                      const std::string& reads) const;

@@ -25,7 +25,7 @@ struct ExportOptions {
   std::string name;  ///< namespace and file name of what is generated; empty: the model's own
   ScalarType scalar = ScalarType::kFloat;
   WeightType weights = WeightType::kFull;
-  Activation tanh = Activation::kTanh;  ///< of the runtime's three; PreparedExport sets both of these
+  Activation tanh = Activation::kTanh;  ///< one of the runtime's three tanh; PreparedExport sets this and max_error
   std::string max_error = {};           ///< the limit by which tanh was chosen; empty: it was not
   std::string roles = {};               ///< simplefoc: its channels, "angle=theta,velocity=omega"; empty: by unit
   std::uint64_t seed = 1;               ///< replay: of the golden inputs

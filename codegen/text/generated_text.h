@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the generators of C++ headers share: initialisers with literals of the target's scalar, and user text made safe
-// for a comment.
+// Text that every generator of C++ headers needs: initialisers with literals of the target's scalar, and user text made
+// safe for a comment.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ class Initialiser {
   const char* scalar_name() const { return scalar_ == ScalarType::kDouble ? "double" : "float"; }
   std::size_t scalar_bytes() const { return scalar_ == ScalarType::kDouble ? 8 : 4; }
 
-  /// Of a layer's weights, and their bytes.
+  /// Type of a layer's weights, and its bytes.
   const char* weight_type() const {
     return weights_ == WeightType::kFull ? scalar_name() : weights_ == WeightType::kBfloat16 ? "Bfloat16" : "Float16";
   }
@@ -35,7 +35,8 @@ class Initialiser {
   /// `{{a, b}, {c, d}}` on one line.
   std::string matrix(const Eigen::MatrixXd& values, std::string_view field) const;
 
-  /// The same with one row per line, each behind `indent` spaces; the last line is the closing brace, two spaces less.
+  /// Initialiser with one row per line, each behind `indent` spaces. The last line is the closing brace, two spaces
+  /// less.
   std::string rows(const Eigen::MatrixXd& values, int indent, std::string_view field) const;
 
  private:
