@@ -7,8 +7,8 @@
 
 namespace nlo::trainer {
 
-/// Values found by their type, at most one of each: the place for what a module keeps beside what all of them have, so
-/// that its struct is known to nobody else. Copied with its values.
+/// Values found by their type, at most one of each. A module keeps its own values here beside those of all modules, so
+/// that no other code knows its struct. A copy has copies of the values.
 class ByType {
  public:
   /// The value of type T; T{} where none was set.
@@ -19,7 +19,7 @@ class ByType {
     return found == values_.end() ? kDefault : std::any_cast<const T&>(found->second);
   }
 
-  /// The same to write to; T{} at first.
+  /// Returns the value to write to; T{} at first.
   template <class T>
   T& set() {
     std::any& value = values_[std::type_index(typeid(T))];

@@ -12,7 +12,7 @@ namespace nlo::trainer {
 
 double rounded(double value) {
   const std::string text = fmt::format("{:.2e}", value);
-  double result = value;  // what is not finite stays
+  double result = value;  // a value that is not finite is kept
   std::from_chars(text.data(), text.data() + text.size(), result);
   return result;
 }

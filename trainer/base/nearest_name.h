@@ -25,8 +25,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// The nearest of `known`, the first of equals; empty when nothing is known or when the nearest shares less than half
-/// of its letters with `wrong`: a far-fetched guess misleads.
+/// Returns the name in `known` that is nearest to `wrong`, the first of equals. Empty if `known` is empty or the
+/// nearest name shares less than half of its letters with `wrong`, because a far-fetched guess misleads.
 inline std::string nearest_name(std::string_view wrong, const std::vector<std::string>& known) {
   std::size_t best_distance = 0;
   const std::string* best = nullptr;

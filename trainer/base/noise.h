@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3",
 // "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02".
-// What else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does when it
-// measures: "none+delay:1.5+jitter:0.2+missing:0.05:4". And so do faults: "none+stuck:0.02:50+dead:0.02:50+clipped:2".
+// Further properties of a sensor follow it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does its
+// timing: "none+delay:1.5+jitter:0.2+missing:0.05:4". And so do faults: "none+stuck:0.02:50+dead:0.02:50+clipped:2".
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace nlo::trainer {
 /// Its row in noise_table.h says all about it.
 enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
 
-/// What a sensor gives while it is out: nothing, which the observer is told; its last value; or zero. The last two pass
-/// for measurements.
+/// The output of a sensor during an outage: nothing, which the observer is told; its last value; or zero. The last two
+/// look like measurements.
 enum class OutageKind : std::uint8_t { kMissing, kStuck, kDead };
 inline constexpr std::array kOutageKinds = {OutageKind::kMissing, OutageKind::kStuck, OutageKind::kDead};
 
@@ -27,13 +27,13 @@ inline constexpr std::array kOutageKinds = {OutageKind::kMissing, OutageKind::kS
 std::string_view outage_word(OutageKind kind);
 
 struct OutageRate {
-  double share = 0.0;    ///< of the samples
+  double share = 0.0;    ///< share of the samples
   double samples = 0.0;  ///< mean length in a row; 0: each sample by itself
 
   bool operator==(const OutageRate&) const = default;
 };
 
-/// Of one sensor.
+/// The noise of one sensor.
 struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
   /// Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
@@ -43,8 +43,8 @@ struct SensorNoise {
          outlier_amplitude = 0.0;  ///< this share of the samples is off by U(-amplitude, amplitude) more
   double bias = 0.0;               ///< U(-bias, bias), drawn once for each run
   double common_bias = 0.0;        ///< times one U(-1, 1) of each run that all sensors share: a supply or a mounting
-  double limit = 0.0;              ///< what is measured ends at +-limit; 0: it does not
-  double quantum = 0.0;            ///< what is measured is a multiple of it; 0: is not
+  double limit = 0.0;              ///< measurements end at +-limit; 0: no limit
+  double quantum = 0.0;            ///< measurements are multiples of it; 0: not quantised
 
   double delay_low = 0.0,
          delay_high = 0.0;  ///< it shows y of so many samples ago, a number drawn from this range for each run
@@ -62,7 +62,7 @@ struct SensorNoise {
   bool shifted() const { return delayed() || jitter > 0.0; }
   /// Now and then what is measured is far off, however far.
   bool has_tails() const;
-  /// What is measured is changed.
+  /// Whether the noise changes a measurement.
   bool disturbed() const {
     return kind != NoiseKind::kNone || outlier_share > 0.0 || biased() || limit > 0.0 || quantum > 0.0;
   }
@@ -73,8 +73,8 @@ struct SensorNoise {
   bool operator==(const SensorNoise&) const = default;
 };
 
-/// Of all sensors of a plant or a rig. An output that is given as its sine and cosine has one sensor: the noise is on
-/// the angle, as an encoder has it.
+/// The noise of all sensors of a plant or a rig. An output that is given as its sine and cosine has one sensor, and the
+/// noise is on the angle, as for an encoder.
 struct NoiseConfig {
   std::vector<SensorNoise> sensors = {SensorNoise{}};  ///< one for all outputs, or one for each, in their order
 
@@ -108,8 +108,8 @@ NoiseConfig parse_noise(std::string_view text);
 std::string format_noise(const SensorNoise& noise);
 std::string format_noise(const NoiseConfig& noise);
 
-/// Whether a sensor is out behind a sample at which it was, or at which it was not: bursts of the declared mean length
-/// that add up to the declared share. The first sample of a run always arrives.
+/// Probabilities that an outage continues and that it begins at a sample. Outages have the declared mean length and
+/// add up to the declared share. The first sample of a run always arrives.
 struct OutageOdds {
   double goes_on = 0.0, begins = 0.0;
 };

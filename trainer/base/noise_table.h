@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// Where draws come from: one number at a time (evaluation), or eight (training).
+/// Source of random numbers: one at a time (evaluation), or eight (training).
 template <class Value>
 class NoiseNumbers {
  public:
@@ -33,8 +33,8 @@ using LaneValue = Eigen::Array<float, kNoiseLanes, 1>;
 struct NoiseRow {
   NoiseKind kind;
   std::string_view name;     ///< as it is written: name:SCALE, or name:SCALE:SHAPE
-  std::string_view numbers;  ///< what stands behind the name, for messages: ":SCALE"; empty: nothing
-  /// Of the second number, a whole one; least > most: it has none.
+  std::string_view numbers;  ///< the numbers after the name, for messages: ":SCALE"; empty: none
+  /// Range of the second number, an integer; least > most: there is none.
   int least_shape = 1, most_shape = 0;
 
   // All of scale 1; a sensor's scale multiplies what is drawn.

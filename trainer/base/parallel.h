@@ -16,8 +16,8 @@ namespace nlo::trainer {
 
 class ThreadPool {
  public:
-  /// threads: 0 takes all cores. Where the system refuses some of them it goes on with one for each core, or with those
-  /// that there are, and says so once on stderr: whoever needs memory for each thread asks threads().
+  /// threads: 0 takes all cores. If the system refuses some of them, the pool has one for each core, or as many as
+  /// there are, and says so once on stderr. Code that needs memory for each thread asks threads().
   explicit ThreadPool(int threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;

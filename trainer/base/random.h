@@ -18,7 +18,7 @@ namespace nlo::trainer {
 
 using codegen::splitmix64;
 
-/// What a stream is drawn for: streams of different purposes never meet.
+/// The purpose of a stream. Streams of different purposes are independent.
 enum class Purpose : std::uint64_t { kWeights = 1, kSegments, kTicks, kNoise, kValidationNoise, kOutages };
 
 constexpr std::uint64_t stream_seed(std::uint64_t seed, Purpose purpose, std::uint64_t step, std::uint64_t index) {
@@ -61,7 +61,7 @@ class RandomLanes {
     for (int l = 0; l < kLanes; ++l) box_muller(u[l], v[l], first[l], second[l]);
   }
 
-  /// The same `pairs` times, to out: first, second, first, second...
+  /// Draws `pairs` pairs to out: first, second, first, second...
   void normal_pairs(float* out, int pairs) {
     constexpr int kTogether = 4;  // enough for wide registers
     Generator generator(state_);

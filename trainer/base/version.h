@@ -4,7 +4,7 @@
 
 namespace nlo::trainer {
 
-/// Of the project: "0.2.0".
+/// Version of the project: "0.2.0".
 extern const char* const kVersion;
 
 }  // namespace nlo::trainer

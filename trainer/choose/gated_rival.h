@@ -9,10 +9,10 @@
 
 namespace nlo::trainer {
 
-/// `base`, the draft with what decides its data, as a gated observer, complete and checked. Empty where that is none of
-/// the draft's: logs, which are too few; no noise, which units keep out at the cost of accuracy; keys of [observer]
-/// that a linear latent alone has; an angle that turns.
-///   length_s  of a run
+/// Turns `base`, the draft with the keys that decide its data, into a gated observer, complete and checked. Empty for
+/// drafts that do not suit gated units: with logs, which are too few; without noise, because units lose accuracy to
+/// keep noise out; with keys of [observer] for a linear latent system; with an angle that turns.
+///   length_s  length of a run
 std::optional<Experiment> gated_rival(const DraftExperiment& draft, const Experiment& base, double length_s);
 
 }  // namespace nlo::trainer

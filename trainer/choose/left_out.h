@@ -14,14 +14,14 @@ namespace nlo::trainer {
 
 /// Runs that are left out together, one Dataset for each group of logs among them.
 struct FoldOfLogs {
-  std::vector<std::string> names;  ///< of the groups
+  std::vector<std::string> names;  ///< names of the groups
   Dataset kept;
   std::vector<Dataset> left_out;
 };
 
-/// The folds of [validation]: groups dealt in turn, so that neighbours by name, which are often alike, part. Empty
-/// where nothing is to be chosen: no log, `folds` 0, readout "network", or fewer than three groups. Throws
-/// codegen::Error for a pattern that is wrong.
+/// Returns the folds of [validation]. Groups are dealt in turn, so that neighbours by name, which are often alike, come
+/// into different folds. Empty if there is nothing to choose: no log, `folds` 0, readout "network", or fewer than three
+/// groups. Throws codegen::Error for a wrong pattern.
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training);
 
 /// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".

@@ -19,7 +19,7 @@ const std::vector<ModeBank>& forms() {
       {.pairs = {{-0.33, 1.0}}, .real = {-1.0, -4.0}},                  // Van der Pol
       {.pairs = {{-0.7, 0.7}}, .real = {-1.5, -4.0}},                   // a pendulum upright
       {.pairs = {{-0.2, 0.4}, {-0.45, 0.9}, {-1.0, 2.0}}, .real = {}},  // rotary and double pendulum
-      // What one sensor does not show: qube_arm, double_pendulum_joint1.
+      // States that one sensor does not show: qube_arm, double_pendulum_joint1.
       {.pairs = {{-0.1, 0.2}, {-0.22, 0.45}, {-0.45, 1.0}, {-1.0, 2.2}}, .real = {}},
       {.pairs = {{-0.2, 0.4}, {-1.0, 2.0}}, .real = {-0.05}},  // a slow state beside fast ones
   };

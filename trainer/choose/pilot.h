@@ -9,7 +9,8 @@
 
 namespace nlo::trainer {
 
-/// What pilots train on and are judged by: of logs without validation_files every fourth is held out, or one of fewer.
+/// Training and validation data of pilots. Of logs without validation_files every fourth is held out, or one of fewer
+/// than four.
 class PilotData {
  public:
   /// The sets outlive it.

@@ -24,7 +24,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostRuns = 128, kMostSamples = 16000, kMostFolds = 4;
 constexpr std::uint64_t kProbe = 0x70726f6265ULL;  // a step that no training has
-constexpr double kLeast = 1e-16;                   // of a squared error: below it is rounding
+constexpr double kLeast = 1e-16;                   // squared errors below it are rounding
 constexpr std::array kRidges = {1e-8, 1e-6, 1e-4, 1e-2, 1.0};
 
 /// Each row to mean 0 and deviation 1; one that does not move to 0.
@@ -43,7 +43,7 @@ void standardise(MatrixXd& rows) {
 /// S^-1 u with S S' = cov(u): directions in which features differ little, as two fast modes do,
 /// get the weight of the others.
 MatrixXd whitened(const MatrixXd& u) {
-  constexpr double kFloor = 1e-5;  // of a unit variance: below it is rounding, or next to nothing
+  constexpr double kFloor = 1e-5;  // share of a unit variance; less is rounding or next to nothing
   MatrixXd covariance = u * u.transpose() / static_cast<double>(u.cols());
   covariance.diagonal().array() += kFloor;
   return codegen::solve(codegen::square_root(covariance), u);
@@ -82,7 +82,7 @@ MatrixXd with_random_features(const MatrixXd& u, int count) {
 /// Sums over the samples of a fold.
 struct Sums {
   MatrixXd gram, cross;
-  VectorXd power;  ///< of the states
+  VectorXd power;  ///< mean squares of the states
 };
 
 }  // namespace
@@ -170,7 +170,7 @@ void ReadoutProbe::draw_samples(const Experiment& base) {
   standardise(states_);
 }
 
-/// Of the first `count` samples.
+/// The features of the first `count` samples.
 MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
   const ObserverStructure structure = [&] {
     ObserverStructure made = make_structure(experiment, false, dataset_.outputs, dataset_.states,

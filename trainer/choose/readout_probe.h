@@ -19,9 +19,9 @@ namespace nlo::trainer {
 
 /// Errors on what was left out, of each state over its standard deviation.
 struct ReadoutError {
-  std::vector<double> linear;  ///< of W [1; u] alone
+  std::vector<double> linear;  ///< errors of W [1; u] alone
   std::vector<double> curved;  ///< with the random features
-  double ridge = 0.0;          ///< that made the linear ones least, relative to the features' power
+  double ridge = 0.0;          ///< ridge with the least linear errors, relative to the features' power
   int rows = 0;                ///< n_z
 
   /// Mean over states of ln(the smaller error + 1e-3): what banks are compared by. 0.1 is ten percent of every state.
@@ -34,8 +34,8 @@ class ReadoutProbe {
   /// no truth counts.
   ReadoutProbe(const Experiment& base, const Dataset& training);
 
-  /// Of `experiment`'s latent system and features, with `random_features` tanh units at `samples` samples (at most
-  /// those that were drawn). The same numbers for any number of threads.
+  /// Error of the best readout of `experiment`'s latent system and features, with `random_features` tanh units at
+  /// `samples` samples (at most the number drawn). The result does not depend on the number of threads.
   ReadoutError error(const Experiment& experiment, int random_features, int samples);
 
  private:

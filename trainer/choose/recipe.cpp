@@ -38,7 +38,7 @@ bool starts_evenly(const Experiment& e) {
          even(s.initial_low, s.initial_high) && (!e.excitation || even(e.excitation->low, e.excitation->high));
 }
 
-constexpr double kSamplesOfPlants = 6e5;  ///< of all trajectories together
+constexpr double kSamplesOfPlants = 6e5;  ///< sum over all trajectories
 constexpr int kMostFeatures = 40;         ///< rows of z of all channels
 
 /// Median length of a run [s].
@@ -146,7 +146,7 @@ class Deriver {
     }
   }
 
-  /// Those that differ in what the draft leaves open, the usual one first.
+  /// The readings that the draft leaves open, the usual one first.
   std::vector<Reading> readings(const ModeBank& bank) const {
     const NoiseMixture noise = base_.training.all_noise();
     const bool quiet =
@@ -235,7 +235,7 @@ class Deriver {
     set("training.validate_every", t.validate_every, std::clamp(t.steps / 20, 1, 200));
     const bool keeps = t.transient == Transient::kKeep;
     if (e.log) {
-      // Of a decoupled decay the product with rate and steps is what weights shrink by: e^-7 leaves next to the line.
+      // With decoupled decay, weights shrink by e^-(decay rate steps): e^-7 leaves little more than the linear path.
       const double shrinkage = share < 0.7 ? 0.1 : share < 0.9 ? 1.0 : 7.0;
       set("training.weight_decay", t.weight_decay, rounded(2.0 * shrinkage / (t.learning_rate * t.steps)));
       if (keeps)

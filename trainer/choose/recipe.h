@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What an experiment leaves out, from its plant or its logs. A file that gives no eigenvalues is a draft
-// (experiments/load_experiment.h); every key that it does give stays. Eigenvalues, features and the start are chosen by
-// measurement (readout_probe.h), between the last few by short trainings (pilot.h), the rest by rules from sizes, time
-// scales and what was measured.
+// Derives the missing keys of an experiment from its plant or its logs. A file without eigenvalues is a draft
+// (experiments/load_experiment.h); every key that it has is kept. Eigenvalues, features and the start are chosen by
+// measurement (readout_probe.h), and between the last few by short trainings (pilot.h). Rules give the rest, from
+// sizes, time scales and the measurements.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ Experiment experiment_for_data(const DraftExperiment& draft);
 
 struct Recipe {
   Experiment experiment;  ///< complete and checked; its source_text reads back to the same
-  std::string text;       ///< what was derived and why, a line for each section; for people
+  std::string text;       ///< the derived keys and the reasons, a line for each section; for people
 };
 
 /// Derives all that `draft` leaves out from the data of experiment_for_data(). The same draft, seed and data give

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures,
-// losses, optimisers, schedules, activations) are names, which the tables of their folders know.
+// Closed sets of choices in an experiment: each is an enumeration with its names. Open sets (plants, structures,
+// losses, optimisers, schedules, activations) are names in the tables of their folders.
 #pragma once
 
 #include "codegen/model/hold.h"
@@ -32,13 +32,13 @@ inline constexpr NameTable<InputSignal, 10> kNames<InputSignal>{{{InputSignal::k
                                                                  {InputSignal::kNoise, "noise"},
                                                                  {InputSignal::kLog, "log"}}};
 
-/// Of an angle: one channel without jumps, or two channels NAME_sin and NAME_cos.
+/// Encoding of an angle: one channel without jumps, or two channels NAME_sin and NAME_cos.
 enum class Encoding { kUnwrap, kSincos };
 template <>
 inline constexpr NameTable<Encoding, 2> kNames<Encoding>{
     {{Encoding::kUnwrap, "unwrap"}, {Encoding::kSincos, "sincos"}}};
 
-/// Of a mask: the truth of a row counts where it is not 0.
+/// The role of a column. The truth of a row counts where the mask is not 0.
 enum class ColumnRole { kTime, kOutput, kState, kInput, kMask, kIgnored };
 template <>
 inline constexpr NameTable<ColumnRole, 6> kNames<ColumnRole>{{{ColumnRole::kTime, "time"},
@@ -63,27 +63,27 @@ template <>
 inline constexpr NameTable<LatentStart, 2> kNames<LatentStart>{
     {{LatentStart::kZero, "zero"}, {LatentStart::kSteady, "steady"}}};
 
-/// What T* reads: z; z and y; z - y and y.
+/// Readings of T*: z; z and y; z - y and y.
 enum class FeatureSet { kLatent, kLatentAndOutput, kLatentMinusOutput };
 template <>
 inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLatent, "latent"},
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
-/// What ships for a state: the network, a linear row or a blend, whichever validation data prefer;
-/// or always the network.
+/// The readout that ships for a state: the network, a linear row or a blend, whichever is best on validation data; or
+/// always the network.
 enum class ReadoutChoice { kSelected, kNetwork };
 template <>
 inline constexpr NameTable<ReadoutChoice, 2> kNames<ReadoutChoice>{
     {{ReadoutChoice::kSelected, "selected"}, {ReadoutChoice::kNetwork, "network"}}};
 
-/// Of running costs over time; the integral is larger by the horizon.
+/// Reduction of running costs over time; the integral is larger by the horizon.
 enum class Reduction { kMean, kIntegral, kLogarithm };
 template <>
 inline constexpr NameTable<Reduction, 3> kNames<Reduction>{
     {{Reduction::kMean, "mean"}, {Reduction::kIntegral, "integral"}, {Reduction::kLogarithm, "logarithm"}}};
 
-/// Where the plant's equations (5) are asked for: at the samples, or at points of a box.
+/// Points at which the plant's equations (5) are required: the samples, or points of a box.
 enum class EquationPoints { kData, kBox };
 template <>
 inline constexpr NameTable<EquationPoints, 2> kNames<EquationPoints>{
@@ -95,7 +95,7 @@ template <>
 inline constexpr NameTable<ErrorScale, 2> kNames<ErrorScale>{
     {{ErrorScale::kPhysical, "physical"}, {ErrorScale::kNormalised, "normalised"}}};
 
-/// What one step sees: samples drawn at random, or every sample of every trajectory.
+/// Samples of one training step: drawn at random, or every sample of every trajectory.
 enum class TrainingMode { kRandomSamples, kFullBatch };
 template <>
 inline constexpr NameTable<TrainingMode, 2> kNames<TrainingMode>{

@@ -22,14 +22,14 @@ namespace nlo::trainer {
 struct PlantConfig {
   std::string model;                                   ///< name in the registry; empty when given by expressions
   std::vector<std::string> states;                     ///< names
-  std::vector<std::string> state_units, output_units;  ///< of expressions; empty: dimensionless
+  std::vector<std::string> state_units, output_units;  ///< units of a plant by expressions; empty: dimensionless
   std::vector<std::string> derivative;                 ///< dx/dt, one expression per state; over the inputs, too,
                                                        ///< where there is no input_field
   std::vector<std::string> output_names;
   std::vector<std::string> outputs;  ///< y = h(x), one expression per output
   /// Full turns of angles, in their units; 0: not an angle. Empty: none is.
   std::vector<double> state_wraps, output_wraps;
-  std::vector<Encoding> state_encodings, output_encodings;  ///< of angles; empty: unwrapped
+  std::vector<Encoding> state_encodings, output_encodings;  ///< encodings of angles; empty: unwrapped
   std::vector<std::string> estimated;            ///< the states that the observer estimates, in this order; empty: all
   std::vector<std::string> even;                 ///< states and outputs that mirror leaves as they are
   std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
@@ -51,9 +51,9 @@ struct SimulationConfig {
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
   std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
   std::vector<double> process_noise;                ///< n_x, standard deviation per sqrt(s); empty: none
-  // Of runs that are trained on beside logs:
-  NoiseConfig noise;    ///< of their sensors, drawn once for each run; logs have their own
-  double share = 0.35;  ///< of a step's segments
+  // For simulated runs that are trained on beside logs:
+  NoiseConfig noise;    ///< noise of their sensors, drawn once for each run; logs have their own
+  double share = 0.35;  ///< share of a step's segments
 };
 
 /// [excitation]: the inputs of simulated trajectories, drawn for each trajectory and input (plants/drawn_inputs.h).
@@ -61,9 +61,9 @@ struct ExcitationConfig {
   std::vector<InputSignal> kinds = {InputSignal::kConstant, InputSignal::kSteps,  InputSignal::kPrbs,
                                     InputSignal::kSine,     InputSignal::kSquare, InputSignal::kMultisine,
                                     InputSignal::kChirp,    InputSignal::kNoise};
-  std::vector<double> low, high;             ///< what an input stays within, n_u each
+  std::vector<double> low, high;             ///< range of each input, n_u
   std::vector<double> amplitude;             ///< [least, most] of what swings; empty: up to half the range
-  double shortest_s = 0.0, longest_s = 0.0;  ///< of holds and periods; 0: derived, see hold_times()
+  double shortest_s = 0.0, longest_s = 0.0;  ///< limits of holds and periods; 0: derived, see hold_times()
   std::string log;                           ///< CSV file of recorded inputs, of the kind "log"
   std::vector<std::string> log_columns;      ///< its columns, one for each input
   std::string log_time;                      ///< its column of time [s]; empty: rows are a sample period apart
@@ -72,22 +72,22 @@ struct ExcitationConfig {
 /// [feedback]: runs in closed loop, u = sat(k(x_hat, r)) (plants/state_feedback.h).
 struct FeedbackConfig {
   std::vector<std::string> law;                     ///< k, one expression for each input
-  std::vector<double> actuator_low, actuator_high;  ///< what u is clipped to, n_u each
-  double share = 1.0;                               ///< of the runs that are in the loop
+  std::vector<double> actuator_low, actuator_high;  ///< limits to which u is clipped, n_u
+  double share = 1.0;                               ///< share of the runs that are in the loop
   std::vector<double> error;                        ///< n_x, deviation of x_hat - x in round 0; empty: none
   int rounds = 0;                                   ///< with the last round's observer in the loop, after round 0
-  std::string cost;                                 ///< of a sample, an expression over states and inputs; empty: none
+  std::string cost;                                 ///< expression of a sample's cost; empty: none
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
 struct ColumnConfig {
-  std::string name;    ///< what it is called here, in the report and in the exported header
+  std::string name;    ///< name here, in the report and in the exported header
   std::string column;  ///< its heading in the file; the same as `name` unless given
   ColumnRole role = ColumnRole::kIgnored;
-  std::string unit;       ///< of the values as the observer has them
-  std::string file_unit;  ///< of the cells, where it is another one of the same kind; empty: `unit`
+  std::string unit;       ///< unit of the values in the observer
+  std::string file_unit;  ///< unit of the cells, if it differs; empty: `unit`
   double scale = 1.0;     ///< value = scale * cell + offset, in file_unit
-  double offset = 0.0;    ///< of every value, in file_unit
+  double offset = 0.0;    ///< added to every value, in file_unit
   double wrap = 0.0;      ///< full turn of an angle, in its unit; 0: not an angle
   Encoding encoding = Encoding::kUnwrap;
   std::vector<std::string> missing;  ///< numbers and words in its cells that stand for no value, beside those of [log]
@@ -128,7 +128,7 @@ struct ObserverConfig {
   LatentStart start = LatentStart::kZero;
   std::vector<double> clocks_s;               ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
   FeatureSet features = FeatureSet::kLatent;  ///< angles need kLatentMinusOutput
-  /// Of known inputs: the u given has acted since the last sample, or runs as the outputs do.
+  /// Hold of known inputs: the given u has acted since the last sample, or it moves as the outputs do.
   Hold input_hold = Hold::kZeroOrder;
 
   ByType own;  ///< keys of one structure alone, in a struct of its module's
@@ -186,9 +186,9 @@ struct TrainingConfig {
   double learning_rate = 1e-3;
   double eigenvalue_learning_rate = 0.0;   ///< 0: the same as learning_rate
   std::string schedule = "cosine";         ///< schedule of both rates, a name in learn/optim/optimiser.h
-  double decay = 0.9999;                   ///< of the exponential schedule, per step
+  double decay = 0.9999;                   ///< factor of the exponential schedule per step
   double gradient_clip = 0.0;              ///< > 0: a longer gradient is shortened to this
-  double weight_decay = 0.0;               ///< of T*'s network weights (decoupled, as in AdamW)
+  double weight_decay = 0.0;               ///< decay of T*'s network weights (decoupled, as in AdamW)
   double ema = 0.0;                        ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                       ///< added to the outputs, drawn afresh in each step
   std::vector<NoiseConfig> noise_mixture;  ///< instead of `noise`: trajectories take turns with these
@@ -199,7 +199,7 @@ struct TrainingConfig {
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
   double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
-  /// What is added to the outputs.
+  /// The noise that is added to the outputs.
   NoiseMixture all_noise() const { return noise_mixture.empty() ? NoiseMixture(noise) : NoiseMixture(noise_mixture); }
   int validate_every = 100;  ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
@@ -243,7 +243,7 @@ struct Experiment {
   std::optional<ExcitationConfig> excitation;  ///< none: a plant's inputs stay at 0
   std::optional<FeedbackConfig> feedback;      ///< none: no loop is closed
   std::optional<LogConfig> log;
-  std::optional<KnownPlant> known;  ///< where there are logs; `plant` is then none
+  std::optional<KnownPlant> known;  ///< known plant beside logs; then `plant` is empty
   ObserverConfig observer;
   DynamicsConfig dynamics;
   InverseMapConfig inverse_map;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What `nlo identify` reads, as a value: a plant by expressions whose parameters are to be found, the logs to find them
-// from, and how. Defaults stand here and nowhere else.
+// The file of `nlo identify` as a value: a plant by expressions with unknown parameters, the logs to find them from,
+// and the method. Defaults stand only here.
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ struct IdentifyConfig {
   double segment_s = 1.0;                                ///< length of the segments that are simulated
   int most_samples = 40000;                              ///< more are thinned: every n-th segment is taken
   std::vector<std::pair<std::string, double>> noise;     ///< standard deviation of each fitted output or state, by name
-  std::vector<double> initial_state, initial_deviation;  ///< of a segment and of the filters, n_x each
-  std::vector<double> process_noise;                     ///< where the filters' tuning starts, per sqrt(s), n_x
+  std::vector<double> initial_state, initial_deviation;  ///< start of a segment and of the filters, n_x each
+  std::vector<double> process_noise;                     ///< start of the filters' tuning, per sqrt(s), n_x
   std::vector<std::string> fixed, positive;              ///< parameters
   Hold input_hold = Hold::kFirstOrder;
-  double longest_step_s = 0.0;         ///< of RK4; 0: the sample period
-  int iterations = 50;                 ///< of Levenberg and Marquardt's method, at most
-  std::vector<double> from_s = {0.0};  ///< where the filters start in each log
+  double longest_step_s = 0.0;         ///< longest step of RK4; 0: the sample period
+  int iterations = 50;                 ///< most iterations of Levenberg and Marquardt's method
+  std::vector<double> from_s = {0.0};  ///< times at which the filters start in each log
 };
 
 struct Identification {

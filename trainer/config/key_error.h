@@ -8,9 +8,9 @@
 
 namespace nlo::trainer {
 
-/// What is wrong with an experiment, with the key it is about: whoever read the file puts FILE:LINE before it.
-///   key   path: "plant.derivative", "log.columns[2]"; a section ("observer") where no key of it is to blame alone
-///   what  and what to do; names the key itself, as people read it: "[plant] derivative[1] ..."
+/// An error in an experiment with the key that causes it. The reader of the file puts FILE:LINE before it.
+///   key   path: "plant.derivative", "log.columns[2]"; a section ("observer") if no single key of it is to blame
+///   what  the error and the remedy; names the key as people read it: "[plant] derivative[1] ..."
 class KeyError : public codegen::Error {
  public:
   KeyError(std::string key, const std::string& what) : codegen::Error(what), key_(std::move(key)) {}

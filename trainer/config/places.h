@@ -8,7 +8,7 @@
 
 namespace nlo::trainer {
 
-/// Where a key ("observer.hold"), a section ("log", "log.columns[2]") was written: "FILE:LINE" or "--set KEY=VALUE".
+/// The place of each key ("observer.hold") and section ("log", "log.columns[2]"): "FILE:LINE" or "--set KEY=VALUE".
 class Places {
  public:
   explicit Places(std::string filename) : filename_(std::move(filename)) {}
@@ -23,7 +23,7 @@ class Places {
     return all;
   }
 
-  /// Of the path, else of the section it belongs to, else the file.
+  /// Returns the place of the path, else of the section it belongs to, else the file.
   std::string of(const std::string& path) const {
     for (std::string at = path; !at.empty();) {
       if (const auto found = places_.find(at); found != places_.end()) return found->second;

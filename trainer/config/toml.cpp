@@ -37,7 +37,8 @@ std::size_t utf8_length(std::string_view text, std::size_t at) {
   return 0;
 }
 
-/// What stands before the parser. It follows TOML's strings and comments, so that their brackets do not count.
+/// Checks a text before the parser reads it. It follows TOML's strings and comments, so that their brackets do not
+/// count.
 class Guard {
  public:
   Guard(std::string_view text, const std::string& filename) : text_(text), filename_(filename) {}

@@ -16,7 +16,7 @@ namespace nlo::trainer {
 /// The value that nlo new writes where the user has to choose one; an error where it is read.
 inline constexpr std::string_view kChoose = "CHOOSE";
 
-/// What a value must satisfy beside its type; of a list, each element.
+/// A condition on a value beside its type; for a list, on each element.
 struct Rule {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -92,7 +92,7 @@ void read_wraps(const Toml& value, const std::string& where, std::vector<double>
 void read_parameters(const Toml& value, const std::string& where, std::vector<std::pair<std::string, double>>& values,
                      std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
 
-/// The same as TOML.
+/// Writes parameters and ranges as TOML.
 std::string show_parameters(const std::vector<std::pair<std::string, double>>& values,
                             const std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
 

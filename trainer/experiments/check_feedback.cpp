@@ -45,7 +45,7 @@ void check_names(const Plant& plant) {
                                   input.name));
 }
 
-/// What the loop needs of the observer and of training.
+/// Checks the requirements of the loop on the observer and on training.
 void check_loop(const Experiment& e) {
   for (const auto* encodings : {&e.plant->state_encodings, &e.plant->output_encodings})
     if (std::find(encodings->begin(), encodings->end(), Encoding::kSincos) != encodings->end())

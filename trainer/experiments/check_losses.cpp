@@ -13,7 +13,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// What a term with a weight asks of the observer and of the data.
+/// Checks the requirements of a term with a weight on the observer and on the data.
 void check_term(const LossTerm& term, const Experiment& e) {
   const std::string key = fmt::format("loss.{}", term.name);
   if (term.needs_eigenvalues && !structure_of(e.observer).has_eigenvalues())

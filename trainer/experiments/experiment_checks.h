@@ -8,8 +8,8 @@
 
 namespace nlo::trainer {
 
-inline constexpr double kMostSamples = 1e7;  ///< of a trajectory
-inline constexpr double kMostNumbers = 1e9;  ///< of a training set: 8 GB of doubles
+inline constexpr double kMostSamples = 1e7;  ///< samples of a trajectory
+inline constexpr double kMostNumbers = 1e9;  ///< numbers of a training set: 8 GB of doubles
 
 /// [plant] and [simulation]: a plant that exists, a horizon that fits into memory, initial states of its size.
 void check_plant_and_simulation(const Experiment& experiment);

@@ -60,7 +60,7 @@ Experiment on_known_plant(const Experiment& experiment) {
   alone.excitation = experiment.known->excitation;
   alone.known.reset();
   alone.log.reset();
-  alone.training.segment_s = 0.0;  // of logs, which are longer
+  alone.training.segment_s = 0.0;  // it is for logs, which are longer
   return alone;
 }
 

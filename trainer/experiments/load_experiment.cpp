@@ -134,7 +134,7 @@ bool follows_an_angle(const Experiment& e) {
 
 /// Sets what the checks ask of any observer of this data, where the file leaves it out.
 void stand_in(Experiment& e, const Places& places) {
-  constexpr double kSlow = 0.05;  // of the sample rate: stable by any hold
+  constexpr double kSlow = 0.05;  // share of the sample rate; stable by any hold
   const double period_s = e.plant ? e.simulation.sample_period_s : e.log ? e.log->sample_period_s : 0.0;
   e.observer.eigenvalues = {-kSlow / (period_s > 0.0 ? period_s : 1.0)};
   if (!follows_an_angle(e)) return;

@@ -21,10 +21,10 @@ struct DraftExperiment {
 };
 
 /// Reads and checks an experiment file that may be a draft. Arguments and errors: see read_experiment. The source_text
-/// of a draft tells it from others, and is not to be recorded.
+/// of a draft distinguishes it from others and is not recorded.
 DraftExperiment read_draft(const std::string& path, const std::vector<std::string>& overrides = {});
 
-/// The same from text; `filename` stands for the file in messages.
+/// Reads a draft from text; messages name `filename`.
 DraftExperiment parse_draft(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
 
@@ -32,7 +32,7 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
 /// the file. Throws codegen::Error: `FILE:LINE: what is wrong; what to do`.
 Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides = {});
 
-/// The same from text; `filename` stands for the file in messages.
+/// Reads an experiment from text; messages name `filename`.
 Experiment parse_experiment(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
 

@@ -18,7 +18,7 @@ Identification read_identification(const std::string& path, const std::vector<st
 Identification parse_identification(std::string_view text, const std::string& filename,
                                     const std::vector<std::string>& overrides = {});
 
-/// Those that the program carries: trainer/experiments/identify/*.toml by their names.
+/// The identifications that the program contains: trainer/experiments/identify/*.toml by their names.
 std::span<const ShippedExperiment> shipped_identifications();
 
 /// Every key that an experiment has not, with its type, default and meaning, for people.

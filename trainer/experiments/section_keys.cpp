@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Of a section that is a network and nothing else.
+/// Keys of a section that is only a network.
 template <class Section>
 std::vector<Key<Section>> network_keys() {
   return {
@@ -70,7 +70,7 @@ Key<PlantConfig> parameters_key() {
           [](const PlantConfig& plant) { return show_parameters(plant.parameters, plant.parameter_ranges); }};
 }
 
-/// Of every structure; those that a structure alone has are its module's.
+/// Keys of [observer] that every structure has. A structure's module has its own keys.
 std::vector<Key<ObserverConfig>> common_observer_keys() {
   using O = ObserverConfig;
   return {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an experiment with a [plant] trains on and chooses its model by.
+// Training and validation data of an experiment with a [plant].
 #pragma once
 
 #include <string>

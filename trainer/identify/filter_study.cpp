@@ -170,7 +170,7 @@ class Study {
            schema_.state_sources[i].cosine < 0;
   }
 
-  /// Of the filter's three states the one that is the logged state.
+  /// The row of the logged state among the filter's three states.
   Index row(std::size_t i) const { return schema_.state_sources[i].kind == StateKind::kMeasured ? 0 : 1; }
 
   VectorXd measured(std::size_t i, const Trajectory& run) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Filters that know the identified plant, tuned on logs with truth, beside what knows no plant: the test logs' errors
-// of what a user would take instead of a learned observer.
+// Filters that know the identified plant, tuned on logs with truth, and estimators without a plant: their errors on
+// test logs. A user could take them instead of a learned observer.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an identification found, as tables for people and as JSON for programs.
+// The result of an identification as tables for people and as JSON for programs.
 #pragma once
 
 #include <string>

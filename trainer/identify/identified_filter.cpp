@@ -65,7 +65,7 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
     state_rows_.push_back(row);
   }
   if (hidden_.empty()) return;
-  constexpr double kAround = 16.0, kMost = 64.0;  // of one angle; of all together, two starts of each at the least
+  constexpr double kAround = 16.0, kMost = 64.0;  // starts around one angle; most starts, at least two for each angle
   const double each = std::floor(std::pow(kMost, 1.0 / static_cast<double>(hidden_.size())));
   around_ = static_cast<Index>(std::clamp(each, 2.0, kAround));
 }

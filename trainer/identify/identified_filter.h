@@ -16,24 +16,24 @@ namespace nlo::trainer {
 
 class IdentifiedFilter {
  public:
-  /// Of the plant with parameters `p` on logs with the channels of `logs`.
+  /// Makes a filter for the plant with parameters `p` on logs with the channels of `logs`.
   IdentifiedFilter(const Identification& identification, Eigen::VectorXd p, const Dataset& logs);
 
-  /// What is tuned, as log10: the process noise of each state whose start is above 0, R's deviation of each output, and
-  /// the scale of P0's deviation.
+  /// The tuned values as log10: the process noise of each state whose start is above 0, R's deviation of each output,
+  /// and the scale of P0's deviation.
   Eigen::VectorXd tuning() const;
   FilterKnowledge knowledge(const Eigen::VectorXd& tuning) const;
   std::string describe(const Eigen::VectorXd& tuning) const;
 
-  /// Of the logged states, n_x of the logs x N. A state with the name of an output starts where that is measured first,
-  /// with R's variance. Makes a plant of its own: for any thread.
+  /// Estimates of the logged states, n_x of the logs x N. A state with the name of an output starts at its first
+  /// measurement, with R's variance. Makes its own plant, so any thread may call it.
   Eigen::MatrixXd estimate(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
 
-  /// Of that filter of the bank alone which starts nearest to the logged angles: for tuning, in a small part of the
-  /// time. The same as estimate() where one filter is all.
+  /// Estimates by the one filter of the bank that starts nearest to the logged angles. It takes a small part of the
+  /// time and serves for tuning. Equals estimate() if the bank has one filter.
   Eigen::MatrixXd estimate_from_nearest(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
 
-  /// Of a sample `period_s` after the one before.
+  /// Cost of a sample `period_s` after the previous one.
   StepCost step_cost(PointSet kind, double period_s) const;
 
  private:
@@ -52,8 +52,8 @@ class IdentifiedFilter {
 
   const Identification& identification_;
   Eigen::VectorXd p_, output_wraps_, state_wraps_;
-  std::vector<Eigen::Index> output_rows_, input_rows_;  ///< of the plant's channels among those of the logs
-  std::vector<Eigen::Index> state_rows_;                ///< of the logged states among the plant's
+  std::vector<Eigen::Index> output_rows_, input_rows_;  ///< rows of the plant's channels among those of the logs
+  std::vector<Eigen::Index> state_rows_;                ///< rows of the logged states among the plant's
   std::vector<HiddenAngle> hidden_;
   Eigen::Index around_ = 1;  ///< starts around the turn of each of them
 };

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// What Eigen's method asks for.
+/// The interface of Eigen's method.
 struct Residuals {
   using Scalar = double;
   using InputType = VectorXd;
@@ -104,7 +104,7 @@ struct Uncertainty {
 };
 
 Uncertainty uncertainty_of(const ShootingProblem& problem, const MatrixXd& j, const VectorXd& r, double deviation) {
-  constexpr double kNoEffect = 1e-7;  // of a singular value: what forward differences of 1e-7 can tell
+  constexpr double kNoEffect = 1e-7;  // singular values below it are within the error of forward differences
   constexpr double kShare = 0.1;
   const Index n = j.cols();
   const VectorXd length = j.colwise().norm().transpose().cwiseMax(std::numeric_limits<double>::min());

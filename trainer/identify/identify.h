@@ -21,8 +21,9 @@ struct ParameterEstimate {
   double start = 0.0, value = 0.0;
   /// sqrt of the diagonal of s^2 (J'J)^-1, s^2 = |r|^2 / degrees of freedom: right for white residuals.
   double standard_error = 0.0;
-  /// The same of (J'J)^-1 (sum of segments g g') (J'J)^-1, g = J_s' r_s: right for residuals that are correlated within
-  /// a segment (a model that is not quite that of the rig), for many segments. White 1980; Liang, Zeger 1986.
+  /// sqrt of the diagonal of (J'J)^-1 (sum over segments of g g') (J'J)^-1, g = J_s' r_s. Right for many segments whose
+  /// residuals are correlated within a segment, as for a model that differs from the rig. White 1980; Liang, Zeger
+  /// 1986.
   double clustered_error = 0.0;
   bool fixed = false, at_bound = false;
   bool unidentified = false;  ///< the data do not tell it: it belongs to a direction without effect on the residuals
@@ -31,7 +32,7 @@ struct ParameterEstimate {
 struct FittedError {
   std::string name, unit;
   double rmse = 0.0;         ///< over segments, each from its best initial state
-  double correlation = 0.0;  ///< of neighbouring residuals; 0 for a model that is as good as its noise
+  double correlation = 0.0;  ///< correlation of neighbouring residuals; 0 for a model that is as good as its noise
 };
 
 struct IdentificationResult {
@@ -40,7 +41,7 @@ struct IdentificationResult {
   Eigen::Index segments = 0, samples = 0, residuals = 0;
   double degrees_of_freedom = 0.0;  ///< residuals - parameters - initial states that the measurements tell
   double residual_deviation = 0.0;  ///< s; 1 where [identify] noise is right
-  double condition = 0.0;           ///< of J with columns of unit length
+  double condition = 0.0;           ///< condition number of J with columns of unit length
   int iterations = 0;
   std::string outcome;  ///< "converged", "stopped", "not converged in 50 iterations"
   bool stopped = false;

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kStep = 1e-7;    // of forward differences, relative: between rounding and curvature
+constexpr double kStep = 1e-7;    // relative step of forward differences, between rounding and curvature
 constexpr double kFarAway = 1e6;  // a residual that is no number, in deviations
 constexpr int kMostIterations = 20, kMostHalvings = 8;
 
@@ -105,7 +105,7 @@ class ShootingProblem::Worker {
         best.x0 = std::move(x0);
         best.r = std::move(r);
       }
-      constexpr double kConverged = 1e-9;  // of the sum of squares
+      constexpr double kConverged = 1e-9;  // relative decrease of the sum of squares
       if (!better || before - best.r.squaredNorm() < kConverged * before) break;
     }
     return best;
@@ -145,7 +145,7 @@ ShootingProblem::ShootingProblem(const Identification& identification, const Dat
       const double* end = run.time_s.data() + run.samples();
       const double until = run.time_s[first] + length_s - 1e-6 * logs.sample_period_s;
       const Index past = std::lower_bound(run.time_s.data() + first, end, until) - run.time_s.data();
-      if (past >= run.samples()) break;  // what is left is shorter than a segment
+      if (past >= run.samples()) break;  // the rest is shorter than a segment
       all.push_back({&run, first, past - first, 0, guess_of(run, first), {}});
       total += past - first;
       first = past;

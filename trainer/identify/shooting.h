@@ -21,7 +21,7 @@
 
 namespace nlo::trainer {
 
-/// What a simulation is compared with.
+/// A logged channel that a simulation is compared with.
 struct FittedChannel {
   std::string name, unit;
   bool state = false;  ///< a logged state; else an output
@@ -40,8 +40,8 @@ class ShootingProblem {
   ~ShootingProblem();
 
   Eigen::Index segments() const { return static_cast<Eigen::Index>(segments_.size()); }
-  Eigen::Index samples() const { return samples_; }  ///< of all segments
-  Eigen::Index rows() const { return rows_; }        ///< of r
+  Eigen::Index samples() const { return samples_; }  ///< samples of all segments
+  Eigen::Index rows() const { return rows_; }        ///< size of r
   const ParameterSpace& space() const { return space_; }
 
   /// How many residuals are of measurements and truth that counts: rows() but for masked truth and the guesses' rows.
@@ -77,7 +77,7 @@ class ShootingProblem {
     const Trajectory* run = nullptr;
     Eigen::Index first = 0, samples = 0, row = 0;
     Eigen::VectorXd guess, start;  ///< n_x: from the logs; where the search for it begins
-    double told = 0.0;             ///< of told_states()
+    double told = 0.0;             ///< part of told_states()
   };
   class Worker;
 

@@ -18,9 +18,9 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr int kTones = 5;  ///< of a multisine
+constexpr int kTones = 5;  ///< tones of a multisine
 
-/// What one signal is drawn from, and its stream.
+/// The parameters of one drawn signal, and its stream.
 class SignalSource {
  public:
   SignalSource(const ExcitationConfig& excitation, const SimulationConfig& simulation, std::size_t input,
@@ -110,7 +110,7 @@ class SignalSource {
     const double fresh = std::sqrt(1.0 - kept * kept);
     double state = random_.normal();  // stationary from the first sample on
     for (Eigen::Index k = 0; k < values_.size(); ++k) {
-      double share = 0.5 * state;  // of half the range; reflected, it is a triangle wave of the state
+      double share = 0.5 * state;  // share of half the range; reflected, it is a triangle wave of the state
       share -= 4.0 * std::floor((share + 1.0) / 4.0);  // -1 .. 3
       values_(k) = middle() + half_range() * (share <= 1.0 ? share : 2.0 - share);
       state = kept * state + fresh * random_.normal();

@@ -32,7 +32,7 @@ struct HoldTimes {
   double shortest_s, longest_s;
 };
 
-/// What is given, else ten sample periods, and half the horizon (but no less than the shortest).
+/// Returns the given times; else ten sample periods, and half the horizon (but no less than the shortest).
 HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig& simulation);
 
 /// n_u x N, the same bits on every machine.

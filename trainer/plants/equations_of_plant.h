@@ -6,7 +6,7 @@
 
 namespace nlo::trainer {
 
-/// The same plant by expressions, with all of its parameters.
+/// Returns the plant by expressions, with all of its parameters.
 PlantConfig equations_of(const PlantConfig& plant);
 
 }  // namespace nlo::trainer

@@ -22,7 +22,7 @@ using Excitation = std::function<Eigen::VectorXd(double time_s)>;
 /// two threads at once.
 Excitation parse_excitation(const Plant& plant, const std::vector<std::string>& expressions);
 
-/// The same for people: ("u", "cos(12*t)").
+/// Pairs each input with its expression, for people: ("u", "cos(12*t)").
 std::vector<std::pair<std::string, std::string>> name_expressions(const Plant& plant,
                                                                   const std::vector<std::string>& expressions);
 

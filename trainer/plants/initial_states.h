@@ -22,7 +22,7 @@
 
 namespace nlo::trainer {
 
-/// What a set of trajectories (or of points) is for. Evaluation by PROTOCOL's definitions uses kTest.
+/// The purpose of a set of trajectories or points. Evaluation uses kTest.
 enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 2, kCollocation = 3 };
 
 /// The engine's seed for a stream.

@@ -71,7 +71,7 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     }
   }
 
-  // What is left of the filter's start at t = 0 is exp(-k) T(x(-t_c)): no gain if x(-t_c) is exp(k) times as large.
+  // The rest of the filter's start at t = 0 is exp(-k) T(x(-t_c)): no gain if x(-t_c) is exp(k) times as large.
   const Eigen::VectorXd most = std::exp(factor) * ranges(dataset, plant.nx());
   for (Eigen::Index i = 0; i < count; ++i)
     if ((x.col(i).array().abs() > most.array()).any())

@@ -17,8 +17,7 @@ namespace nlo::trainer {
 /// NaN), or grows by more than exp(k), which is faster than the filter forgets.
 void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset& dataset);
 
-/// What [training] transient asks for, done to a simulated training or validation set: keep, drop (data/transient.h) or
-/// backward.
+/// Applies [training] transient to a simulated training or validation set: keep, drop (data/transient.h) or backward.
 void keep_out_transient(const Experiment& experiment, const Plant& plant, Dataset& dataset);
 
 }  // namespace nlo::trainer

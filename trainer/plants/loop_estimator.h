@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What estimates the state of a plant inside the loop that [feedback] closes: an observer, or a filter beside it.
+// Estimators of the state inside the loop that [feedback] closes: an observer, or a filter beside it.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// Of one run, from its samples as they come.
+/// Estimates the states of one run from its samples as they come.
 class LoopEstimator {
  public:
   virtual ~LoopEstimator() = default;
@@ -32,8 +32,8 @@ using LoopEstimators = std::function<std::unique_ptr<LoopEstimator>(std::uint64_
 /// outputs and inputs of the plant and estimates the states that the experiment's [plant] says.
 LoopEstimators observer_in_loop(const codegen::Model& model, const Experiment& experiment, const Plant& plant);
 
-/// The same estimators behind sensors with this noise (measurement_noise.h): what they read in run i of a set is what
-/// evaluate() with the same noise and seed lays over run i.
+/// Puts sensors with this noise (measurement_noise.h) before the estimators. In run i of a set they read the same noise
+/// that evaluate() with this noise and seed adds to run i.
 LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed);
 
 }  // namespace nlo::trainer

@@ -37,7 +37,7 @@ class PlantChannels {
  private:
   enum class Part { kWhole, kSine, kCosine };
   struct Source {
-    Eigen::Index row;  ///< of the plant's states or outputs
+    Eigen::Index row;  ///< row among the plant's states or outputs
     Part part;
     double wrap;
   };

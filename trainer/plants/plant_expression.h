@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// What an expression may name.
+/// The names that an expression may use.
 struct ExpressionNames {
   std::vector<std::string> variables = {};
   PlantParameters constants = {};

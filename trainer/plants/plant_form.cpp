@@ -76,7 +76,7 @@ Eigen::MatrixXd check_points(const Eigen::VectorXd& low, const Eigen::VectorXd& 
 /// f(x, u) that is not affine in u has no input field: f(x, e_j) - f(x, 0) would miss it at every other u.
 void refuse_curved_inputs(const Plant& plant, const Eigen::MatrixXd& points) {
   if (plant.affine_in_inputs()) return;
-  constexpr double kRounding = 1e-9;  // of the differences above: some 1e-15 of the size of f
+  constexpr double kRounding = 1e-9;  // bounds the rounding of the differences above, some 1e-15 of the size of f
   SimulationConfig inputs;
   inputs.initial_low.assign(static_cast<std::size_t>(plant.nu()), -2.0);
   inputs.initial_high.assign(static_cast<std::size_t>(plant.nu()), 2.0);
@@ -115,7 +115,7 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
               (0.5 * half_width.cwiseInverse()).asDiagonal();
     bias = plant.input_field(centre, j) - weights * centre;
 
-    constexpr double kRounding = 1e-9;  // of an affine g: some 1e-15 of its size
+    constexpr double kRounding = 1e-9;  // bounds the rounding of an affine g, some 1e-15 of its size
     const Eigen::MatrixXd g = plant.input_field(points, j);
     const Eigen::ArrayXXd deviation = ((weights * points).colwise() + bias - g).cwiseAbs();
     Eigen::Index row = 0, column = 0;

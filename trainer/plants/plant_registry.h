@@ -20,8 +20,8 @@ struct PlantEntry {
 
 std::span<const PlantEntry> plant_registry();
 
-/// The plant that a [plant] section describes: built-in, or by expressions when `model` is empty. Throws KeyError:
-/// what is wrong with which key, and the nearest valid name.
+/// Makes the plant of a [plant] section: built-in, or by expressions when `model` is empty. Throws KeyError with the
+/// key, the error and the nearest valid name.
 std::unique_ptr<Plant> make_plant(const PlantConfig& config);
 
 }  // namespace nlo::trainer

@@ -19,7 +19,7 @@ double portable_log(double x);
 /// e^x for |x| < 700, to a relative 1e-15.
 double portable_exp(double x);
 
-/// What a run draws for; streams of different purposes never meet (those of base/random.h have other seeds).
+/// The purposes for which a run draws random numbers. Their streams are independent (base/random.h has other seeds).
 enum class RunPurpose : std::uint64_t {
   kInputs = 1,
   kParameters,

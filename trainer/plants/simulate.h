@@ -43,7 +43,7 @@ Dataset empty_runs(const Plant& plant, const SimulationConfig& config, Eigen::In
 Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
                       const Excitation& excitation = {});
 
-/// The same from drawn initial states (see initial_states.h). The engine's seed decides them: initial_state_seed(seed,
+/// Simulates from drawn initial states (see initial_states.h). The engine's seed decides them: initial_state_seed(seed,
 /// stream).
 Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
                  double box_scale = 1.0, const Excitation& excitation = {});

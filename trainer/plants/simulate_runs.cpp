@@ -58,7 +58,7 @@ class Loop {
         engine_seed_(engine_seed),
         make_(estimators) {}
 
-  /// What acted before the run began: the actuator at rest.
+  /// Sets the input before the run: the actuator at rest.
   void begin(Eigen::Index run, Trajectory& trajectory) {
     if (!in_closed_loop(feedback_, run)) return;
     trajectory.inputs.col(0) = law_.clipped(Eigen::VectorXd::Zero(trajectory.inputs.rows()));

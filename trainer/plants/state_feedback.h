@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-/// What a law calls the reference of an input: "r_torque" for "torque".
+/// Name of an input's reference in a law: "r_torque" for "torque".
 std::string reference_name(const std::string& input);
 
 /// Whether run i of a set is in the loop: `share` of them, spread evenly.
@@ -39,12 +39,12 @@ class StateFeedback {
 
  private:
   std::unique_ptr<LoopExpressions> laws_;
-  std::vector<Eigen::Index> rows_;  ///< of the estimated states, among the plant's
+  std::vector<Eigen::Index> rows_;  ///< rows of the estimated states among the plant's
   Eigen::VectorXd x_hat_;           ///< n_x; 0 where nothing is estimated, and no law reads it
   Eigen::VectorXd low_, high_;
 };
 
-/// What a sample of the loop costs, [feedback] cost: an expression over states, inputs and nominal parameters.
+/// Cost of a sample of the loop, [feedback] cost: an expression over states, inputs and nominal parameters.
 class LoopCost {
  public:
   /// Throws codegen::Error naming the key and the position in it.

@@ -23,7 +23,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
   }
-  /// What as many draws of that kind give, one after the other.
+  /// Draws all numbers of that kind, one after the other.
   void draw_series(const NoiseRow& kind, int shape, std::span<LaneValue> all) {
     if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // the common one, and a third of the time
     for (LaneValue& each : all) each = kind.draw_lanes(*this, shape);
@@ -72,7 +72,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
   LaneValue draw_[2];
   float uniform_[kGroup] = {};
   Pair pair_ = Pair::kNormal;
-  int left_ = 0;  ///< of draw_
+  int left_ = 0;  ///< unused numbers of draw_
 };
 static_assert(kGroup == kNoiseLanes);
 
@@ -189,7 +189,7 @@ void Rollout::lose_failing(int index) {
   }
 }
 
-/// What is computed of other readings, as flight has them.
+/// Computes outputs from other readings, as in flight.
 void Rollout::compute(SegmentGroup& group) const {
   for (std::size_t i = 0; i < data_->computed.all().size(); ++i) {
     const codegen::Expression& expression = data_->computed.all()[i];

@@ -55,7 +55,7 @@ class Rollout {
 
   void add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise, const float* level,
                  std::uint64_t stream) const;
-  /// Of the sensor at place `sensor` of the outputs, or of the input that is reading `row`.
+  /// Noise of the sensor at place `sensor` of the outputs, or of the input that is reading `row`.
   const SensorNoise& noise_of(const NoiseConfig& noise, const NoiseConfig& input_noise, int row,
                               std::size_t sensor) const {
     return row < data_->ny ? noise.of(sensor) : input_noise.of(static_cast<std::size_t>(row - data_->ny));

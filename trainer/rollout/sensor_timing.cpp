@@ -56,8 +56,9 @@ void Rollout::shift_row(int index, int row, const SensorNoise& own, const float*
   }
 }
 
-/// What does not arrive is held, as in flight; of an output that may fail it is NaN, which fill_missing() fills.
-///   dead  what the row shows of a sensor that shows zero
+/// Holds samples that do not arrive, as in flight. A missing output that may fail is NaN, which fill_missing()
+/// replaces.
+///   dead  value of the row for a dead sensor
 void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& rate, const std::vector<float>& draws,
                        float dead) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
@@ -95,7 +96,7 @@ void Rollout::fail_sensors(int index, const NoiseConfig& noise, const NoiseConfi
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    // What is missing comes last: a sensor that is stuck may also fall silent.
+    // kMissing comes last, because a stuck sensor may also fall silent.
     for (const OutageKind kind : {OutageKind::kStuck, OutageKind::kDead, OutageKind::kMissing}) {
       const OutageRate& rate = own.outage(kind);
       if (rate.share == 0.0) continue;

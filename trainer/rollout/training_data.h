@@ -28,14 +28,14 @@ struct TrainingData {
   };
   struct Sensor {
     std::size_t index = 0;
-    int row = 0, rows = 1;  ///< of the readings; an angle as sine and cosine is one sensor of two rows
+    int row = 0, rows = 1;  ///< row of the readings; an angle as sine and cosine is one sensor of two rows
     double wrap = 0.0;      ///< full turn of such an angle
   };
   std::vector<Run> runs;
   std::size_t logged = 0;  ///< runs of logs; those behind them are simulated, `simulated_share` of a step's segments
   double simulated_share = 0.0;
   Points collocation;
-  std::vector<Sensor> sensors;  ///< those of inputs behind those of outputs; what is computed has none
+  std::vector<Sensor> sensors;  ///< sensors of outputs, then of inputs; computed outputs have none
   /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
   /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
   std::vector<double> steps_s;
@@ -45,7 +45,7 @@ struct TrainingData {
   codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
   codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
-  std::vector<float> reading_low, reading_high;  ///< of given readings and their mirror images, without noise;
+  std::vector<float> reading_low, reading_high;  ///< range of given readings and their mirror images, without noise;
                                                  ///< infinite for angles
   Mirror mirror;
 
@@ -55,8 +55,8 @@ struct TrainingData {
   int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
 };
 
-/// Where flight clamps each given reading, and training does: infinite unless a noise of its sensor has tails. Else its
-/// range, that range once more on either side, and six times the scale of the widest of those noises.
+/// Limits to which flight and training clamp each given reading. Infinite unless a noise of its sensor has tails; then
+/// its range, widened on either side by the range and by six times the scale of the widest of those noises.
 struct ReadingLimits {
   std::vector<float> low, high;
   ReadingLimits() = default;
@@ -80,7 +80,8 @@ struct Segment {
 /// All runs from their start, at full length.
 std::vector<Segment> whole_runs(const TrainingData& data);
 
-/// The same with one sensor missing throughout, for each that may fail; none where `dropout` is 0: no step trains that.
+/// Whole runs with one sensor missing throughout, for each sensor that may fail. None if `dropout` is 0, because no
+/// step trains that.
 std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Carried observer (nlo/carried_observer.h): z' = D z + F y - w x z of vectors, x_hat = sum_k c_k z_k. The eigenvalues
+// Carried observer (nlo/carried_observer.h): z' = D z + F y - w x z for vectors, x_hat = sum_k c_k z_k. The eigenvalues
 // of D and the weights c are learned; the rotation is known.
 #include "codegen/model/carried.h"
 
@@ -29,7 +29,7 @@ void refuse(const char* key, const std::string& why) {
   throw KeyError(key, why);
 }
 
-/// What else the experiment says that vectors cannot have.
+/// Refuses keys of the experiment that vectors cannot have.
 void check_keys(const Experiment& experiment) {
   const ObserverConfig& o = experiment.observer;
   for (const auto& [key, given] : {std::pair{"observer.pairs", !o.pairs.empty()},
@@ -180,7 +180,7 @@ class CarriedStructure final : public TrainableStructure {
   }
 
  private:
-  /// Of an output's component and an input's component, row by row: c where they are the same, else 0.
+  /// Fills weights between components of outputs and inputs, row by row: c for the same component, else 0.
   static void same_for_each_component(float* weights, int outputs, int inputs) {
     for (int o = 0; o < outputs; o += kAxes)
       for (int i = 0; i < inputs; i += kAxes) {

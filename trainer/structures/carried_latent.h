@@ -21,7 +21,7 @@ class CarriedLatent final : public LatentDynamics {
   void backward(SegmentGroup& group, int thread) override;
 
  private:
-  /// Of each sample and lane, the axes of the body in those of its first sample.
+  /// For each sample and lane, the axes of the body in the axes of its first sample.
   std::vector<float> attitudes(const SegmentGroup& group) const;
   /// Turns vectors whose components are `stride` rows apart into the axes of the first sample, or back from them.
   void turn(const SegmentGroup& group, const std::vector<float>& attitudes, bool back, int stride,

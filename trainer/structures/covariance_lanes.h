@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a measurement does to the covariance of eight trajectories side by side (nlo/covariance.h), and back.
+// The update of the covariance by a measurement for eight trajectories side by side (nlo/covariance.h), and its
+// pullback.
 #pragma once
 
 #include <nlo/covariance.h>
@@ -12,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// Of one sample: values, or cotangents of them.
+/// Values of one sample, or their cotangents.
 template <class Scalar>
 struct Measured {
   using L = Lanes<Scalar>;
@@ -112,7 +113,7 @@ class CovarianceUpdate {
   }
 
  private:
-  /// What an output found, and what the way back needs of it.
+  /// The values at the update of an output that the pullback needs.
   struct Taken {
     std::vector<L> p, change, ph;
     L rest, share, positive;  ///< positive: dS / d(h' P h)

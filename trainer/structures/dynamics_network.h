@@ -25,7 +25,7 @@ inline constexpr std::uint64_t kDynamicsStream = 1;
 /// Adds every sample of a signal, n x samples, to moments [first, first + n).
 void add_signal(const std::vector<float>& signal, int samples, std::size_t first, std::vector<Moments>& moments);
 
-/// What a network reads, normalised by the moments of its inputs.
+/// Normalisation of a network's inputs by their moments.
 Normalisation normalisation_by(const std::vector<Moments>& moments);
 
 }  // namespace nlo::trainer

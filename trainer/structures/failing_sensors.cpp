@@ -93,7 +93,7 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
     count += static_cast<double>(run.samples());
   }
   Eigen::VectorXd mean = sum / std::max(count, 1.0);
-  for (Eigen::Index row = 0; row < mean.size(); ++row)  // of runs and their mirror images
+  for (Eigen::Index row = 0; row < mean.size(); ++row)  // over runs and their mirror images
     if (!training.mirror.none() && training.mirror.readings[static_cast<std::size_t>(row)]) mean(row) = 0.0;
   failures.rest = mean(failures.outputs);
   return failures;

@@ -24,12 +24,12 @@ struct GatedConfig {
   double contraction = 0.0;  ///< > 0: what the units' coupling may reach (codegen/model/contraction.h), below 1
 };
 
-/// What rates are told in.
+/// The unit of rates: a sample period [s].
 struct GatedPeriod {
   double s = 0.0;
 };
 
-/// What constrain() keeps: GatedConfig::contraction.
+/// The limit that constrain() keeps: GatedConfig::contraction.
 struct CouplingLimit {
   double value = 0.0;
 };
@@ -83,7 +83,7 @@ class Gated final : public TrainableStructure {
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
   }
 
-  /// Of readings; z is between -1 and 1, and a staleness between 0 and 1.
+  /// Normalises the readings. z is between -1 and 1, and a staleness between 0 and 1.
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool&) const override {
     structure.own.set<GatedPeriod>().s = data.sample_period_s;
     const auto units = static_cast<std::size_t>(structure.latent.rows);

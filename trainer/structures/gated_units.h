@@ -5,8 +5,8 @@
 //             g = (1 + tanh a_g) / 2,   c = tanh(W_c [g z_{k-1}; w_k] + b_c),   z_{-1} = 0,  w = (y - mean) / scale
 //   backward  with p_k = dl/dz_k in all:   da_s = p (c - z) ds/da_s,   da_c = p s (1 - c^2),   q = W_c^T da_c
 //             da_g = q z (1 - tanh^2 a_g) / 2,   p_{k-1} = p (1 - s) + q g + W_g^T [da_s; da_g] + dl/dz_{k-1}
-// Of a run only z is kept. Gates and targets are computed again for 32 samples at a time, which needs no order and
-// fills the registers; so do the weights' gradients. What must go sample by sample is W^T da alone.
+// Only z of a run is kept. Gates and targets are computed again for 32 samples at a time, in any order, which fills the
+// registers; so are the weights' gradients. Only W^T da must go sample by sample.
 #pragma once
 
 #include <vector>

@@ -51,7 +51,7 @@ class General final : public TrainableStructure {
     structure.dynamics = dynamics_network(experiment.dynamics, nz + structure.readings, nz, true);
   }
 
-  /// Of z as the linear system has it, about zero, and of y.
+  /// Normalises z of the linear system, about zero, and y.
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool) const override {
     std::vector<Moments> inputs(structure.dynamics.inputs.scale.size());
     const auto nz = static_cast<std::size_t>(structure.latent.rows);

@@ -47,7 +47,7 @@ void KklFamily::vary(Experiment& experiment, Draws& draws) const {
   for (auto& pair : o.pairs)
     for (double& part : pair) part = rounded(faster * part);
   for (double& clock : o.clocks_s) clock = rounded(clock / faster);
-  constexpr double kBetweenModes = 2.5;  // of time constants: what experience spreads them by
+  constexpr double kBetweenModes = 2.5;  // factor between time constants, from experience
   switch (draws.below(4)) {
     case 0:  // one more, faster
       if (o.eigenvalues.empty() || o.eigenvalues.size() + 2 * o.pairs.size() >= 12) break;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the KKL observers share: z' = D z + F y, whose eigenvalues are the parameters of the latent system, and T*.
+// Base of the KKL observers: z' = D z + F y, whose eigenvalues are the parameters of the latent system, and T*.
 #pragma once
 
 #include "trainer/structures/trainable_structure.h"

@@ -20,7 +20,8 @@ struct KnownEquations {
 /// An angle that wraps and is not encoded as its sine and cosine, or not in radians.
 bool has_unwrapped_angle(const PlantConfig& plant);
 
-/// Of a plant by expressions. `inputs`: what the observer reads, at least those of the plant; else they are 0.
+/// Makes the equations of a plant by expressions. `inputs`: the inputs that the observer reads, at least the plant's.
+/// Without `reads_inputs` they are 0.
 KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, const std::vector<std::string>& inputs);
 
 }  // namespace nlo::trainer

@@ -38,7 +38,7 @@ struct Lanes {
   friend Lanes value_of(codegen::Function function, const Lanes& x) {
     return each(x, x, [function](Scalar v, Scalar) { return codegen::value_of(function, v); });
   }
-  /// Of a function at x, where its value is known. 0 where a size or a sign has none.
+  /// Slope of a function at x, where its value is known. 0 where abs or sign has none.
   friend Lanes slope_of(codegen::Function function, const Lanes& x, const Lanes& value) {
     using codegen::Function;
     const Lanes one(1.0);

@@ -93,7 +93,7 @@ void add_features(ObserverStructure& structure, const ObserverConfig& observer) 
     if (mode.pair) structure.features.push_back({.latent = mode.row + 1});
   }
   const int driving = structure.outputs() + structure.inputs;
-  if (observer.features != FeatureSet::kLatent) {  // of inputs the latest, as it is: it acts without a delay
+  if (observer.features != FeatureSet::kLatent) {  // the latest input directly, because it acts without a delay
     for (int j = relative ? structure.outputs() : 0; j < driving; ++j)
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
   }

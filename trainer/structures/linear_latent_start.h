@@ -26,10 +26,10 @@ void check_zero_start(const ObserverConfig& observer, const char* what);
 /// see only the sum of the outputs. Throws codegen::Error when there are no eigenvalues.
 void add_modes(ObserverStructure& structure, const ObserverConfig& observer);
 
-/// What T* reads of these modes.
+/// Adds the features of these modes to T*.
 void add_features(ObserverStructure& structure, const ObserverConfig& observer);
 
-/// Of a mode: the real one, or the pair's of positive imaginary part.
+/// Eigenvalue of a mode: the real one, or the pair's with positive imaginary part.
 std::complex<double> eigenvalue_of(const Mode& mode, const std::vector<double>& eigenvalues);
 
 }  // namespace nlo::trainer

@@ -57,26 +57,26 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/trainable_structure.h)
+  const TrainableStructure* module = nullptr;  ///< the structure (structures/trainable_structure.h)
   int readings = 0;                            ///< n_r: outputs, inputs that are read, stalenesses
-  int inputs = 0;                              ///< of them
-  int failing = 0;                             ///< of them stalenesses of sensors that may fail, behind the inputs
+  int inputs = 0;                              ///< inputs among them
+  int failing = 0;                             ///< stalenesses among them, of sensors that may fail, behind the inputs
   int outputs() const { return readings - inputs - failing; }  ///< n_y
   LatentShape latent;               ///< its learned rows are parameters; none where there is no D
   std::vector<double> eigenvalues;  ///< initial, n_z, in row order; clocks stay
   DynamicsNetwork dynamics;         ///< within the latent system; without one it has no parameters
-  ByType own;                       ///< what the module keeps for itself
+  ByType own;                       ///< the module's own values
 
   int axes = 1;  ///< features and states are vectors of so many components; T* is to be the same for each component
   bool centred = false;           ///< features and states have no mean: T* is to have no preferred place
-  std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
+  std::vector<Feature> features;  ///< features of T*; empty if the latent state is the estimate
   std::vector<float> state_mean, state_scale;
   NetworkShape network;  ///< T*
 
   std::optional<NetworkShape> forward_map;  ///< T, over (x - state_mean) / state_scale
   std::vector<float> latent_mean, latent_scale;
 
-  /// Of the latent system: its eigenvalues, then its network.
+  /// Parameters of the latent system: its eigenvalues, then its network.
   int dynamics_parameters() const { return latent.learned + dynamics.shape.parameters; }
   int parameters() const {
     return dynamics_parameters() + network.parameters + (forward_map ? forward_map->parameters : 0);

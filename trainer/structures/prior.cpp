@@ -25,14 +25,14 @@
 namespace nlo::trainer {
 namespace {
 
-/// What is known: the plant that is simulated, or the one beside the logs; null: there is none.
+/// Returns the known plant: the simulated one, or the one beside the logs; null without one.
 const PlantConfig* known_plant(const Experiment& experiment) {
   if (experiment.plant) return &*experiment.plant;
   return experiment.known ? &experiment.known->plant : nullptr;
 }
 
-/// Those of the plant; its inputs, where the observer does not read them, are 0. Beside logs they are the logs' inputs,
-/// of which the plant need not have all.
+/// Returns the plant's equations. Inputs that the observer does not read are 0. Beside logs the inputs are those of the
+/// logs, and the plant need not have all of them.
 KnownEquations equations_of_plant(const Experiment& experiment, bool reads_inputs) {
   const PlantConfig plant = equations_of(*known_plant(experiment));
   std::vector<std::string> inputs;
@@ -165,7 +165,7 @@ class PriorStructure final : public TrainableStructure {
       for (const double slope : slopes) squares += slope * slope;
       for (int i = 0; i < own.nx() && squares > 0.0; ++i) {
         const int row = i * own.ny() + j;
-        // Of a small innovation s(nu) is nu / coarse.
+        // For a small innovation, s(nu) is nu / coarse.
         const double gain = kBelieved * slopes[static_cast<std::size_t>(i)] / squares;
         parameters[static_cast<std::size_t>(layer.bias + first + row)] = static_cast<float>(
             gain * own.coarse[static_cast<std::size_t>(j)] / own.scale[static_cast<std::size_t>(row)]);

@@ -254,8 +254,8 @@ void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
         total(bias_gradient_.data() + r * kGroup, kGroup);
 }
 
-/// From dl/d[x; p] of a sample to the correction's weights, and to what it reads. A run whose filter has been lost, so
-/// that its end depends on its beginning a thousand times more than its loss is large, teaches from there on alone.
+/// Pulls dl/d[x; p] of a sample back to the correction's weights and to its readings. If a run has lost its filter, so
+/// that its end depends on its beginning a thousand times more than its loss is large, only later samples teach.
 template <class Scalar>
 void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   constexpr Scalar kLost = Scalar(1000), kFinite = Scalar(1e6);

@@ -15,18 +15,18 @@
 
 namespace nlo::trainer {
 
-/// What is known of the observer before training.
+/// Properties of the observer before training.
 struct PriorSetting {
   codegen::Equations equations;
   int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
   bool commands = false;                          ///< the input of a sample has acted since the one before
   bool noisy = false;                             ///< training adds noise to the sensors
-  double period_s = 0.0;                          ///< what rates are told in
+  double period_s = 0.0;                          ///< unit of rates
   std::vector<bool> on_circle;                    ///< n_x: the sine or cosine of an angle
   std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept
   std::vector<double> fine, coarse;               ///< n_y, of s(nu)
   std::vector<double> state_noise, output_noise;  ///< n_x, n_y: variances where c is 0
-  std::vector<double> scale;                      ///< of the correction's outputs
+  std::vector<double> scale;                      ///< scale of the correction's outputs
   Normalisation read;                             ///< of w
 
   int nx() const { return equations.nx(); }
@@ -88,8 +88,10 @@ class PriorLanes final : private GatedLoop<Scalar> {
     return run_.latent + (static_cast<std::ptrdiff_t>(setting_.units + row) * run_.length + time) * kGroup;
   }
   L* prior(int time) { return prior_.data() + static_cast<std::ptrdiff_t>(time) * setting_.carried(); }
-  int prior_row() const { return setting_.reads() - setting_.nx(); }                        ///< of w
-  int noise_row() const { return setting_.corrections() - setting_.nx() - setting_.ny(); }  ///< of the corrections
+  /// First row of the prior in w.
+  int prior_row() const { return setting_.reads() - setting_.nx(); }
+  /// First row of the noises among the corrections.
+  int noise_row() const { return setting_.corrections() - setting_.nx() - setting_.ny(); }
   Scalar low(int i) const { return static_cast<Scalar>(setting_.low[static_cast<std::size_t>(i)]); }
   Scalar high(int i) const { return static_cast<Scalar>(setting_.high[static_cast<std::size_t>(i)]); }
   Scalar scale(int r) const { return static_cast<Scalar>(setting_.scale[static_cast<std::size_t>(r)]); }
@@ -100,16 +102,16 @@ class PriorLanes final : private GatedLoop<Scalar> {
   Measured<Scalar> measured_, to_measured_;
   GatedRun<Scalar> run_;
   const Scalar* given_ = nullptr;              ///< readings
-  std::vector<Scalar> w_;                      ///< of a run
+  std::vector<Scalar> w_;                      ///< w of a run
   std::vector<L> prior_;                       ///< [x-; p-] of its samples
-  std::vector<Piece> path_;                    ///< of a step
+  std::vector<Piece> path_;                    ///< pieces of a step
   std::vector<L> expected_, to_expected_;      ///< outputs, and their slopes
   std::vector<Scalar> gain_;                   ///< [K; b; c_q; c_r] of a sample
   std::vector<Scalar> correction_transposed_;  ///< columns x corrections
   std::vector<L> x_, to_x_;                    ///< [x; p] behind the correction; dl/d[x; p]
-  std::vector<Scalar> unit_;                   ///< of [x; p]: a state's deviation
+  std::vector<Scalar> unit_;                   ///< unit of [x; p]: a state's deviation
   std::vector<Scalar> to_squashed_, to_gain_, to_in_;
-  std::vector<Scalar> gradient_, bias_gradient_;  ///< of the correction, lanes apart
+  std::vector<Scalar> gradient_, bias_gradient_;  ///< gradients of the correction, lanes apart
 };
 
 }  // namespace nlo::trainer

@@ -78,11 +78,12 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
 }  // namespace
 
 void start_prior(PriorSetting& own, const TrainingData& data) {
-  // Of a measurement's deviation: what an innovation without noise is, and one with it. Of a step: what may be
-  // corrected of the state's deviation, so that an optimiser's first steps are small ones.
+  // kFine and kCoarse: innovations without and with noise, in deviations of a measurement. kGain and kDrift: largest
+  // correction of a step, in deviations of the state, so that an optimiser's first steps are small.
   constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 1.0, kCircle = 1.02;
   constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
-  // Of a variance: the least of a noise, and where the covariance is kept. Last, what a step does to a logarithm.
+  // Least variances of the noises and the limits of the covariance, relative to a variance of the state or output;
+  // last, the scale of a noise's logarithm.
   constexpr double kStateOfNoisy = 1e-4, kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0,
                    kLogarithm = 2.0;
   own.period_s = data.sample_period_s;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the training of an observer with a prior begins: ranges, scales, and noises by what the equations leave over.
+// The start of the training of an observer with a prior: ranges, scales, and noises from the residuals of the
+// equations.
 #pragma once
 
 #include "trainer/rollout/training_data.h"
@@ -7,10 +8,12 @@
 
 namespace nlo::trainer {
 
-/// Fills what of the setting is of the data: start, range, fine and coarse, noises, scales and the normalisation of w.
+/// Fills the parts of the setting that come from data: start, range, fine and coarse, noises, scales and the
+/// normalisation of w.
 ///   state_noise   the variance of x(t + period) - (the equations' step from x(t)), over the runs
-///   output_noise  of y - h(x)
-/// Where training adds noise to the sensors (`noisy`), which no run has: 1e-4 of the variance of x, and that of y.
+///   output_noise  the variance of y - h(x)
+/// If training adds noise to the sensors (`noisy`), which the runs lack: 1e-4 of the variance of x, and the variance
+/// of y.
 void start_prior(PriorSetting& own, const TrainingData& data);
 
 }  // namespace nlo::trainer

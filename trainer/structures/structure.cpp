@@ -127,7 +127,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
   }
   if (!linear) return parameters;
 
-  // Of vectors each component is a sample for the same weights.
+  // Each component of a vector is a sample for the same weights.
   const auto axes = static_cast<Eigen::Index>(structure.axes);
   const auto nf = static_cast<Eigen::Index>(structure.features.size()) / axes;
   const auto nx = static_cast<Eigen::Index>(structure.state_mean.size()) / axes;

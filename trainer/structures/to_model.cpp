@@ -64,7 +64,7 @@ void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingCon
   const auto inputs = static_cast<Index>(model.inputs.size());
   model.input_min = low.segment(ny, inputs);
   model.input_max = high.segment(ny, inputs);
-  // What is computed of readings within their ranges is within its own: it is clamped where they are.
+  // An output that is computed from readings within their ranges is within its own range.
   const codegen::ComputedOutputs computed(model.outputs, model.inputs);
   for (std::size_t i = 0; i < computed.all().size(); ++i) {
     const auto within = computed.all()[i].evaluate<codegen::Interval>([&](int j) -> codegen::Interval {

@@ -24,8 +24,8 @@ class Draws;
 /// How many channels an observer has, an angle as sine and cosine counted as two.
 struct ChannelCounts {
   int states = 0, outputs = 0;
-  int inputs = 0;       ///< of the plant, or of the logs
-  int read_inputs = 0;  ///< of them, that the observer reads beside the outputs
+  int inputs = 0;       ///< inputs of the plant or of the logs
+  int read_inputs = 0;  ///< inputs that the observer reads beside the outputs
   std::vector<codegen::Channel> output_channels = {}, read_input_channels = {}, state_channels = {};
 };
 
@@ -44,8 +44,9 @@ class TrainableStructure {
   /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
   virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
 
-  // What it is made of.
-  virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them
+  // Its parts.
+  /// Whether it has eigenvalues of a D, for parameters, penalties and constants.
+  virtual bool has_eigenvalues() const { return false; }
   virtual bool has_dynamics_network() const { return false; }
   virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
   virtual bool flies_forward_map() const { return false; }
@@ -53,7 +54,7 @@ class TrainableStructure {
   virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
   virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
 
-  // What nlo train --auto tries (app/sweep/search.h).
+  // Candidates of nlo train --auto (app/sweep/search.h).
 
   /// Turns an experiment of another structure into one of this, with settings that suit it; the sections that all
   /// structures share stay as far as they can. False where the structure wants to know what only a user can say.

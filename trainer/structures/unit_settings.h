@@ -19,7 +19,7 @@ std::vector<Key<ObserverConfig>> unit_keys();
 /// Another number of them, and other rates, for a search.
 void vary_units(UnitSettings& units, Draws& draws);
 
-/// What trains units, in the place of another structure's settings.
+/// Replaces another structure's settings of training by those that suit units.
 void train_units(Experiment& experiment);
 
 /// Throws KeyError for what an observer of gated units has no use for. `what`: "a gated observer".

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An activation as training runs it over SIMD registers: a = s(v), s'(v) and s''(v), in float by the very functions
-// that fly. One specialisation for each row of codegen/model/activations.h that can be trained; without one, a row does
-// not compile here.
+// Activations over SIMD registers for training: a = s(v), s'(v) and s''(v), in float by the functions that fly. One
+// specialisation for each row of codegen/model/activations.h that can be trained; without one, a row does not compile
+// here.
 #pragma once
 
 #include <cmath>

@@ -24,7 +24,7 @@ struct Products {
   using P = simd::Pack<Scalar, kWidth>;
   static_assert(kColumns % (kPacks * kWidth) == 0);
 
-  /// Where an entry of W lies: at[row * per_row + column * per_column].
+  /// The layout of W: its entries are at[row * per_row + column * per_column].
   struct Weights {
     const Scalar* at;
     int per_row, per_column;
@@ -68,9 +68,9 @@ struct Products {
     }
   }
 
-  /// out = W in + bias, or out += W in (kAdds, without a bias), over a block. All layers of a network share its tiles:
-  /// what an activation does to the sums is a pass of its own, which costs a load and a store per sum. Tiles that did
-  /// it themselves were compiled once per activation, and took 40 s.
+  /// out = W in + bias, or out += W in (kAdds, without a bias), over a block. All layers of a network share its tiles.
+  /// The activation is a second pass over the sums, which costs a load and a store per sum. Tiles with the activation
+  /// inside were compiled once per activation, which took 40 s.
   template <bool kAdds = false>
   [[gnu::noinline]] static void multiply(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
                                          Scalar* out) {
@@ -80,8 +80,8 @@ struct Products {
     });
   }
 
-  /// The same product from W by columns: W[row][c] = w[c * stride + row]. Where a register holds two rows of a narrow
-  /// block, its multiply-adds are of sixteen rows of W and one sample, and the sums are turned at the end.
+  /// Computes the product from W by columns: W[row][c] = w[c * stride + row]. If a register holds two rows of a narrow
+  /// block, a multiply-add takes sixteen rows of W and one sample, and the sums are transposed at the end.
   template <class Finish>
   static void product_by_columns(const Scalar* w, int stride, int rows, int columns, const Scalar* bias,
                                  const Scalar* in, const Finish& finish) {
@@ -163,7 +163,7 @@ struct Products {
   /// Adds sum_s dv[o][s] a[i][s] to the gradient of W[o][i], for kRows x kTile entries of W.
   template <int kRows, int kTile>
   static NLO_INLINE void outer_tile(const Scalar* dv, const Scalar* a, Scalar* gradient, int columns) {
-    constexpr int kSlots = kKeepsLanes ? kTile : std::bit_ceil(unsigned{kTile});  // of a row of W among the sums
+    constexpr int kSlots = kKeepsLanes ? kTile : std::bit_ceil(unsigned{kTile});  // slots of a row of W among the sums
     constexpr int kRegisters = (kRows * kSlots + kWidth - 1) / kWidth;
     P sums[kRegisters * kWidth] = {};
     for (int s = 0; s < kColumns; s += kWidth) {

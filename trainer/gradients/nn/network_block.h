@@ -41,7 +41,7 @@ class NetworkBlock {
   /// Cotangent of the inputs, n_in rows, after backward().
   const Scalar* input_cotangent() const { return values_.input_cotangent.data(); }
 
-  /// The same four of the tangents.
+  /// Tangents of the inputs and outputs, and their cotangents.
   Scalar* input_tangent() { return tangents_.activations[0].data(); }
   Scalar* output_tangent() { return tangents_.activations.back().data(); }
   Scalar* output_tangent_cotangent() { return tangents_.last_cotangent(); }
@@ -53,7 +53,7 @@ class NetworkBlock {
 
   /// Adds to the gradient. `transposed` is made once per step by transpose_weights().
   void backward(const Scalar* parameters, const Scalar* transposed);
-  /// The same for a loss of outputs and their tangents: both cotangents must be filled.
+  /// Backward pass for a loss of outputs and their tangents. Both cotangents must be filled.
   void backward_tangents(const Scalar* parameters, const Scalar* transposed);
 
   void clear_gradient();

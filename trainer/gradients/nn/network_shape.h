@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// Where one layer's parameters lie in the flat vector: W row by row (n_out x n_in), then b (n_out).
+/// The place of one layer's parameters in the flat vector: W row by row (n_out x n_in), then b (n_out).
 struct LayerView {
   int in = 0, out = 0;
   int weights = 0, bias = 0;

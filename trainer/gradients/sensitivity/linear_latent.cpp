@@ -106,7 +106,7 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
   }
 }
 
-/// Where a product is not fused: else that would depend on how many modes are compiled together.
+/// Prevents fusing of a product, which would depend on how many modes are compiled together.
 template <class Value>
 NLO_INLINE Value rounded(Value product) {
   if constexpr (sizeof(Value) > simd::kVectorBytes) {
@@ -227,7 +227,7 @@ void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::co
   }
 }
 
-/// Those of one kind that a reading drives.
+/// The modes of one kind that a reading drives.
 std::vector<ModeRun> runs_of(bool pair, const LatentShape& shape, const Coefficients& coefficients,
                              SegmentGroup& group) {
   std::vector<ModeRun> runs;

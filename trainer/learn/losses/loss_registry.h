@@ -19,25 +19,25 @@ class MapBlock;
 template <class Scalar>
 struct MapSamples;
 
-/// Of x_hat at a block of samples: adds its value to `loss` and its cotangent to the block.
-///   share  the term's weight, and what a sample of weight 1 counts
+/// A term of x_hat at a block of samples. Adds its value to `loss` and its cotangent to the block.
+///   share  the term's weight times the share of a sample of weight 1
 struct EstimateLoss {
   enum class At { kSamples, kSegmentEnds } at;
   void (*add)(EstimateBlock& block, double share, bool backward, double& loss);
 };
 
-/// Of T(x), with z and T* beside it: returns the weighted value, adds dl/dT to the block and dl/dz to `cotangent_z`
-/// where there is one (else only the value is wanted).
+/// A term of T(x), with z and T* beside it. Returns the weighted value, and adds dl/dT to the block and dl/dz to
+/// `cotangent_z` (null: only the value is wanted).
 struct MapLoss {
   double (*value)(MapBlock<float, kBlock>& block, const MapSamples<float>& samples, double weight, float* cotangent_z);
 };
 
-/// Of T and its derivative along f(x), at the samples or at collocation points: runs T itself.
+/// A term of T and its derivative along f(x), at the samples or at collocation points. It runs T itself.
 struct EquationLoss {
   double (*value)(MapBlock<float, kBlock>& block, const MapSamples<float>& samples, double weight, bool backward);
 };
 
-/// Of one learned entry of the eigenvalues: adds its value to `loss` and returns its slope.
+/// A term of one learned entry of the eigenvalues. Adds its value to `loss` and returns its slope.
 ///   share  the term's weight times the horizon
 struct EigenvalueLoss {
   double (*add)(double share, double lambda, double& loss);

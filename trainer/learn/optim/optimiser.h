@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// What one parameter needs: its own rate (relative) and decay.
+/// The rate (relative) and decay of a group of parameters.
 struct ParameterGroup {
   int count = 0;
   double rate = 0.0;          ///< learning rate
@@ -20,15 +20,15 @@ struct ParameterGroup {
 
 /// A first-order optimiser: parameters <- parameters - rate * direction(gradient), group by group.
 struct OptimiserEntry {
-  std::string_view name;              ///< of [training] optimiser
-  std::size_t numbers_per_parameter;  ///< of its memory, zero at first
+  std::string_view name;              ///< value of [training] optimiser
+  std::size_t numbers_per_parameter;  ///< size of its memory per parameter, zero at first
   void (*step)(const std::vector<ParameterGroup>& groups, float* parameters, const float* gradient, long step,
                double factor, std::vector<float>& memory);
 };
 
 /// A schedule of the learning rate.
 struct ScheduleEntry {
-  std::string_view name;  ///< of [training] schedule
+  std::string_view name;  ///< value of [training] schedule
   /// The rate at a step, relative to the configured one: 1 at first.
   double (*factor)(const TrainingConfig& config, double step);
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What one evaluation of the cost visits, in blocks that a network takes at a time, and what a sample of each kind
-// counts: samples of the running cost, collocation points, ends of segments.
+// The samples that one evaluation of the cost visits, in blocks that a network takes at a time, and the share of a
+// sample of each kind in the cost: samples of the running cost, collocation points, ends of segments.
 #pragma once
 
 #include <vector>
@@ -37,19 +37,19 @@ class Blocks {
   ///   squares  of each group: the sum of weighted squared errors
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 
-  double total_weight() const { return total_weight_; }    ///< of the running samples
+  double total_weight() const { return total_weight_; }    ///< total weight of the running samples
   double horizon_s() const { return horizon_s_; }          ///< mean length of the segments for the integral, else 1
-  double running_share() const { return running_share_; }  ///< of a sample with weight 1 in the running cost
-  /// The same of a group, where groups count by the logarithm of their errors.
+  double running_share() const { return running_share_; }  ///< share of a sample with weight 1 in the running cost
+  /// Running share in a group, if groups count by the logarithm of their errors.
   double running_share(int group) const { return running_share_ * shares_[static_cast<std::size_t>(group)]; }
-  double terminal_share() const { return terminal_share_; }  ///< of a segment's end in the terminal cost
+  double terminal_share() const { return terminal_share_; }  ///< share of a segment's end in the terminal cost
 
  private:
   void add(BlockKind kind, const std::vector<SampleSet>& sets);
 
   std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
   std::vector<Block> blocks_;
-  std::vector<double> shares_, group_weights_;  // of each group
+  std::vector<double> shares_, group_weights_;  // one for each group
   std::size_t first_terminal_ = 0;
   double total_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
 };

@@ -92,7 +92,7 @@ bool fits(const TrainingState& state, const CheckpointOwner& owner) {
                      [&](const MetricsRow& row) { return row.eigenvalues.size() == owner.eigenvalues; });
 }
 
-/// What every checkpoint is that a training wrote.
+/// Conditions that every checkpoint written by a training satisfies.
 bool is_plausible(const TrainingState& state) {
   const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0.0; };
   std::int64_t before = -1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a training run must remember to go on to the same bytes: parameters, the optimiser's memory, the average, the
+// The state from which a training run continues to the same bytes: parameters, the optimiser's memory, the average, the
 // best model so far and the metrics. Random numbers carry no state (random.h).
 #pragma once
 
@@ -23,7 +23,7 @@ struct MetricsRow {
 struct TrainingState {
   std::int64_t step = 0;   ///< steps done
   double elapsed_s = 0.0;  ///< over all sessions
-  double best_rmse = 0.0;  ///< of `best`, on the validation set
+  double best_rmse = 0.0;  ///< error of `best` on the validation set
   std::vector<float> parameters, memory, average, best;
   std::vector<MetricsRow> metrics;
 };
@@ -31,7 +31,7 @@ struct TrainingState {
 /// Which training a checkpoint has to belong to. A checksum tells a damaged file from a whole one, not a forged one:
 /// every size is compared with what the experiment asks for before it is used as one.
 struct CheckpointOwner {
-  std::uint64_t fingerprint = 0;  ///< of experiment and data
+  std::uint64_t fingerprint = 0;  ///< hash of experiment and data
   std::size_t parameters = 0;     ///< also of the average and of the best
   std::size_t memory = 0;         ///< numbers that the optimiser keeps
   std::size_t eigenvalues = 0;    ///< in each row of the metrics

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a training tells people: how far it is, and why it stopped.
+// Messages of a training for people: its progress, and why it stopped.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ namespace nlo::trainer {
 TrainProgress progress_of(const Experiment& experiment, const ObserverStructure& structure, const TrainingState& state,
                           double loss, long first_step, double session_s);
 
-/// That a training diverged at a step, with what to try: `what` is "the loss is inf".
+/// Says that a training diverged at a step, and what to try. `what`: the observation, "the loss is inf".
 std::string divergence_message(const Experiment& experiment, const ObserverStructure& structure, long step,
                                const std::string& what);
 

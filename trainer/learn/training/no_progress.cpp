@@ -27,7 +27,7 @@ std::string name_of(const ObserverStructure& structure, const std::vector<Channe
   return fmt::format("the latent row {}{}", feature.latent + 1, reading.empty() ? "" : " less " + reading);
 }
 
-/// Of an odd plant every output and state is as often below zero as above; the one that is furthest from that.
+/// Returns the channel that is furthest from being below zero as often as above, as every channel of an odd plant is.
 std::optional<std::string> off_centre(const Dataset& dataset) {
   std::string furthest;
   double most = 1.0;  // means within one deviation prove nothing: a few runs need not be balanced

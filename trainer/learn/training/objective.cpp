@@ -14,7 +14,7 @@ namespace {
 /// gradient of its own, and these are added in order: the same bytes from any number of threads.
 constexpr int kChunks = 16;
 
-/// Of a state's deviation: an error below it gains nothing more by its logarithm.
+/// Share of a state's deviation; an error below it gains nothing more by its logarithm.
 constexpr double kLogarithmFloor = 0.005;
 
 }  // namespace
@@ -151,8 +151,8 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
   for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
 }
 
-/// Where the cost is of logarithms: weighs the groups by their errors at these parameters, which takes a pass of T* by
-/// itself. Returns what the weighted squares lack of the cost.
+/// For a cost of logarithms: weighs the groups by their errors at these parameters, which takes an extra pass of T*.
+/// Returns the difference between the cost and the weighted squares.
 double Objective::share_by_logarithm(const float* network) {
   if (loss_->reduction != Reduction::kLogarithm) return 0.0;
   const std::vector<Block>& blocks = blocks_.all();

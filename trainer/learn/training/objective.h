@@ -42,25 +42,25 @@ class Objective {
   double validate(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
-  /// Rolls out what flight_segments() gives at these parameters of the latent system, with noise: for scales, the start
-  /// of the linear path and the domain.
+  /// Rolls out the segments of flight_segments() at these parameters of the latent system, with noise. The result gives
+  /// the scales, the start of the linear path and the domain.
   const Rollout& roll_out_flight(const float* parameters);
-  /// What a training step with that number would see; of negative numbers none does.
+  /// Rolls out the draw of training step `step`. No training step uses a negative number.
   const Rollout& roll_out_draw(const float* parameters, long step);
-  /// What validate() looks at: whole runs, and again with each sensor missing that may fail.
+  /// Rolls out the runs of validate(): whole runs, and again with each sensor missing that may fail.
   const Rollout& roll_out_runs(const float* parameters);
 
  private:
   struct ChunkResult {
     double loss = 0.0, squares = 0.0;
-    std::vector<float> gradient;      ///< of T* and T
-    std::vector<double> eigenvalues;  ///< of the PDE residual, n_z
+    std::vector<float> gradient;      ///< gradient of T* and T
+    std::vector<double> eigenvalues;  ///< gradient of the PDE residual by the eigenvalues, n_z
   };
-  /// What one thread works with.
+  /// The memory of one thread.
   struct Workspace {
     Workspace(const ObserverStructure& structure, const LossConfig& loss);
     EstimateBlock estimate;
-    std::optional<MapBlock<float, kBlock>> maps;  ///< where T is trained, and the next two
+    std::optional<MapBlock<float, kBlock>> maps;  ///< if T is trained, as the next two
     std::optional<SampleRows> rows;
     std::vector<float> cotangent_z;  ///< n_z rows
   };
@@ -90,7 +90,7 @@ class Objective {
   ThreadPool* pool_;
   std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
   Rollout rollout_;
-  const LossConfig* loss_ = nullptr;  ///< of what was drawn last
+  const LossConfig* loss_ = nullptr;  ///< losses of the latest draw
   Blocks blocks_;
   std::vector<ChunkResult> chunks_;
   std::size_t used_chunks_ = 0;        ///< by the latest accumulate()

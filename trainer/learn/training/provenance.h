@@ -16,20 +16,20 @@ namespace nlo::trainer {
 /// Hash of a data set's numbers, on top of `hash`.
 std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash);
 
-/// Of all that a run trains on and chooses its model by: data_hash of a model's provenance.
+/// Hash of all data that a run trains on and chooses its model by: data_hash of a model's provenance.
 std::uint64_t training_data_hash(const Dataset& training, const Dataset& validation);
 
 /// 16 hex digits.
 std::string hex_text(std::uint64_t value);
 
-/// Of a run on data of that hash: experiment and seed. A run may be resumed with another number of steps; everything
-/// else makes it another run.
+/// Hash of a run on data with that hash: of experiment and seed. A run may be resumed with another number of steps; any
+/// other change makes it another run.
 std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_hash);
 
 /// Name of the fact about inputs that the observer is not given.
 inline constexpr const char* kIgnoredInputsFact = "ignored_inputs";
 
-/// Where a model comes from: version, seed, data, steps and error; name and text of each.
+/// The origin of a model: version, seed, data, steps and error; name and text of each.
 std::vector<std::pair<std::string, std::string>> run_facts(const Experiment& experiment, const Dataset& dataset,
                                                            std::uint64_t data_hash, const TrainingState& state,
                                                            double validation_rmse);

@@ -26,7 +26,7 @@ std::string share_text(double share) {
 }
 
 std::string readout_fact(const Readout& readout, std::size_t left_out) {
-  std::vector<std::pair<std::string, std::string>> groups;  // what is read, states
+  std::vector<std::pair<std::string, std::string>> groups;  // the readout, and the states that have it
   for (const StateReadout& state : readout) {
     const std::string text = share_text(state.share);
     const auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == text; });

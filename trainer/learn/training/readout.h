@@ -13,15 +13,15 @@ namespace nlo::trainer {
 /// on training data as flown and that on validation data. Angles go the short way round.
 struct StateReadout {
   std::string state;
-  double share = 1.0;       ///< of T* as trained; the rest is the linear row
+  double share = 1.0;       ///< share of T* as trained; the rest is the linear row
   double trained = 0.0;     ///< error of T* as trained
-  double linear = 0.0;      ///< of the best linear row; infinite where z is the estimate, which no row can replace
-  double shipped = 0.0;     ///< of what ships
-  double validation = 0.0;  ///< of what ships, on validation data alone
-  double constant = 0.0;    ///< of the state's mean over the training data
+  double linear = 0.0;      ///< error of the best linear row; infinite if z is the estimate, which no row can replace
+  double shipped = 0.0;     ///< error of the shipped readout
+  double validation = 0.0;  ///< error of the shipped readout on validation data alone
+  double constant = 0.0;    ///< error of the state's mean over the training data
   double deviation = 0.0;   ///< the state's standard deviation
-  double sensor = std::numeric_limits<double>::infinity();  ///< of the best noisy output in its unit, as it is
-  std::string sensor_name = {};                             ///< of that output; empty: no output has the unit
+  double sensor = std::numeric_limits<double>::infinity();  ///< error of the best noisy output in its unit
+  std::string sensor_name = {};                             ///< name of that output; empty: no output has the unit
 };
 
 using Readout = std::vector<StateReadout>;
@@ -29,26 +29,27 @@ using Readout = std::vector<StateReadout>;
 /// Mean squares of a state's errors on one set of data: of T* as trained, and of each row that may replace it.
 struct StateSquares {
   double map = 0.0;
-  std::vector<double> row, both;  ///< of each candidate: its own, and its error times that of T*
-  std::vector<double> reading;    ///< of each output in the state's unit as it is; infinite for others
+  std::vector<double> row, both;  ///< for each candidate: its squares, and its errors times those of T*
+  std::vector<double> reading;    ///< squares of each output in the state's unit; infinite for others
   double deviation = 0.0;         ///< squared, of the state
 
-  /// Of share T* + (1 - share) row.
+  /// Squares of share T* + (1 - share) row.
   double blend(std::size_t candidate, double share) const;
   /// The share that makes it least, in twentieths.
   double best_share(std::size_t candidate) const;
 };
-using SetSquares = std::vector<StateSquares>;  ///< of each state
+using SetSquares = std::vector<StateSquares>;  ///< one for each state
 
 /// "network", "linear row", or the share of the network: "0.35 network".
 std::string share_text(double share);
 
-/// The same of all states: "network: v; linear row: p; 0.35 network: w",
-/// and behind it how many groups of logs chose it.
+/// Describes the readouts of all states: "network: v; linear row: p; 0.35 network: w", and behind it how many groups of
+/// logs chose them.
 std::string readout_fact(const Readout& readout, std::size_t left_out = 0);
 
-/// Empty, or the reason why the observer must not pass for a success: a state whose error is more than 5 % above that
-/// of a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard deviation.
+/// Returns the reason why the observer is no success, or nothing. The reason is a state whose error is more than 5 %
+/// above that of a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard
+/// deviation.
 std::string below_floor(const Readout& readout);
 
 }  // namespace nlo::trainer

@@ -27,7 +27,7 @@ RowInputs::RowInputs(const codegen::Model& model, const SampledTruth& training) 
     scale_ = VectorXd::Ones(both);
   }
   features_ = of_.rows();
-  // Where T* saturates, a reading as it is would go on outside of the domain.
+  // If T* saturates, a direct reading would continue outside of the domain.
   if (map == nullptr || of_.cols() != both || model.saturates()) return;
   const auto channels = codegen::readings(model);
   for (int j = 0; j < model.ny() + static_cast<int>(model.inputs.size()); ++j) {

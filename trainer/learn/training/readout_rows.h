@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// What a linear row may read: the features of T*, then outputs and inputs as they are.
+/// The possible inputs of a linear row: the features of T*, then outputs and inputs themselves.
 class RowInputs {
  public:
   RowInputs(const codegen::Model& model, const SampledTruth& training);
@@ -49,14 +49,15 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
                                          const SampledTruth& training);
 inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 
-/// Of T* and of every candidate, on the samples of one set.
+/// Squared errors of T* and of every candidate on the samples of one set.
 SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
                       const SampledTruth& samples);
 
 /// Samples of a set that rows are fitted on and judged by.
 inline constexpr Eigen::Index kReadoutSamples = 150000;
 
-/// The same on data that training has not seen, by rows that are fitted on `training`. Empty if no truth counts there.
+/// Squared errors on data that training has not seen, by rows that are fitted on `training`. Empty if no truth counts
+/// there.
 SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
 
 /// Writes what was chosen into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.

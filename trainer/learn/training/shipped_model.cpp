@@ -229,7 +229,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
     if (!squares.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
   if (selects_readout(experiment)) {
-    // What chooses here chooses for all logs, too: so a training without some of them ships what that one will.
+    // The same evidence chooses here and for all logs, so that a training without some of them ships the same readouts.
     std::vector<SetSquares> chooses;
     for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
       chooses.push_back(group.squares);

@@ -36,7 +36,7 @@ struct ShippedModel {
   codegen::Model model;
   Readout readout;                     ///< empty unless selects_readout()
   std::vector<LeftOutGroup> left_out;  ///< see TrainingResult
-  double validation_rmse = 0.0;        ///< of the model as it ships, on validation data, in the units of the loss
+  double validation_rmse = 0.0;        ///< error of the shipped model on validation data, in the units of the loss
 };
 
 bool selects_readout(const Experiment& experiment);

@@ -227,8 +227,8 @@ class Training {
     return loss > 1e6 * (1.0 + std::abs(state_.metrics.front().loss));  // one of logarithms may be below zero
   }
 
-  /// Where gradients are clipped: parameters have come to where small changes of them explode through time, and what
-  /// gradients say there leads nowhere.
+  /// Whether the parameters have reached a region where small changes of them explode through time, so that gradients
+  /// are useless. Only for trainings that clip gradients.
   bool ran_away(const ObjectiveValue& value) const {
     constexpr int kMostUnusable = 20;  // in a row
     constexpr double kFar = 4.0;       // times the best validation error; noise makes a factor below 2

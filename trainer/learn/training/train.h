@@ -27,8 +27,8 @@ struct TrainProgress {
 
 /// How a training without a group of logs estimates the states of that group.
 struct LeftOutGroup {
-  SetSquares squares;  ///< of T* as trained
-  ErrorScores scores;  ///< of what ships, where it has an error head
+  SetSquares squares;  ///< squared errors of T* as trained
+  ErrorScores scores;  ///< scores of the shipped model's error head, if any
 };
 
 /// Facts for the provenance of what ships that only the caller knows; an empty text is left out.
@@ -63,14 +63,14 @@ struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
   /// The model is what training was asked for: not interrupted, diverged, without progress or below the floor.
   bool succeeded() const { return outcome == TrainOutcome::kFinished || outcome == TrainOutcome::kClosedForm; }
-  codegen::Model model;    ///< of the lowest validation error so far
-  Readout readout;         ///< what its states read, and what else they might
-  std::size_t groups = 0;  ///< that were left out of other trainings and chose `readout`; 0: its own data did
-  std::vector<LeftOutGroup> left_out;  ///< of TrainOptions::left_out, without those that have no truth
+  codegen::Model model;    ///< the model with the lowest validation error so far
+  Readout readout;         ///< the readouts of its states, and the alternatives
+  std::size_t groups = 0;  ///< number of groups, left out of other trainings, that chose `readout`; 0: its own data did
+  std::vector<LeftOutGroup> left_out;  ///< results on TrainOptions::left_out, without groups that have no truth
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;
-  double validation_rmse = 0.0;  ///< of `model`
+  double validation_rmse = 0.0;  ///< error of `model`
   std::string message;           ///< when the outcome is not kFinished: what happened, and what to try
   int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
 };

@@ -31,7 +31,7 @@ ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& sam
 }
 
 void calibrate(codegen::ErrorHead& head, const std::vector<ErrorScores>& sets) {
-  constexpr double kLeast = 1e-3, kMost = 1e3;  // what a model file may have
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // limits of a model file
   const auto count = static_cast<Eigen::Index>(sets.size());
   for (Eigen::Index i = 0; i < head.factor_68.size(); ++i) {
     const auto factor = [&](double p) {

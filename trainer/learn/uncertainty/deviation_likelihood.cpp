@@ -59,7 +59,7 @@ DeviationLikelihood deviation_likelihood(const MatrixXd& features, const VectorX
 VectorXd most_likely_deviation(const MatrixXd& features, const VectorXd& squares, const VectorXd& weights,
                                double ridge) {
   constexpr int kMostSteps = 60, kMostHalvings = 40;
-  constexpr double kConverged = 1e-12;  // of the decrease that a step promises: l is of order 1
+  constexpr double kConverged = 1e-12;  // predicted decrease of a step; l is of order 1
   VectorXd parameters = VectorXd::Zero(features.rows() + 1);
   parameters(features.rows()) = 0.5 * std::log(weights.dot(squares) / weights.sum());
   for (int step = 0; step < kMostSteps; ++step) {

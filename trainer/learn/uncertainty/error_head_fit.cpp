@@ -16,12 +16,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of weights on features of unit deviation, against a likelihood of order 1. Logs are few and alike: a head that
-// follows each of their corners says nonsense on the next one.
+// Ridges for weights on features of unit deviation, against a likelihood of order 1. Logs are few and alike, so a head
+// that follows each of their details is wrong on the next log.
 constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1.0};
 // No error counts as smaller than this share of their root mean square: exact ones have no likelihood.
 constexpr double kSmallestError = 1e-4;
-constexpr double kMostLog = 50.0;  // of sigma, within what a model file may have
+constexpr double kMostLog = 50.0;  // largest |log sigma|, within the limits of a model file
 
 /// Features of unit deviation, and what they were made of.
 struct Standardised {
