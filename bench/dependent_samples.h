@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One sample of an observer, again with each call: each estimate feeds the next measurement, so that nothing
-// of a sample can start before the one before it is done.
+// Computes one sample of an observer with each call. Each estimate feeds the next measurement, so that no part of a
+// sample can start before the previous sample is complete.
 #pragma once
 
 #include <benchmark/benchmark.h>

@@ -52,7 +52,7 @@ void print_buckets(std::FILE* out, const Distribution& distribution) {
 }  // namespace
 
 std::string draw_histograms(const std::vector<HistogramPanel>& panels, const std::string& path) {
-  std::signal(SIGPIPE, SIG_IGN);  // where there is no gnuplot nobody reads
+  std::signal(SIGPIPE, SIG_IGN);  // without gnuplot nobody reads the pipe
   std::FILE* gnuplot = popen("gnuplot", "w");
   if (gnuplot == nullptr) return "gnuplot cannot be started";
   std::fprintf(gnuplot,

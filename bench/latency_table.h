@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What benchmarks took at their fastest, and ratios of it: the tables of step_latency.
+// The tables of step_latency: the fastest times of benchmarks, and their ratios.
 #pragma once
 
 #include <benchmark/benchmark.h>

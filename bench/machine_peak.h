@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What this machine's multiply-add units reach when nothing holds them up: the yardstick of the benchmarks.
+// The peak rate of this machine's multiply-add units, the reference of the benchmarks.
 #pragma once
 
 #include <nlo/kernels/lane_sum.h>
@@ -50,7 +50,7 @@ double peak_flops_of_one_thread() {
   return best;
 }
 
-/// The same, all of `threads` at once.
+/// Peak rate of `threads` threads together.
 template <class Scalar>
 double peak_flops(int threads) {
   std::vector<double> each(static_cast<std::size_t>(threads));

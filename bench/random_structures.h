@@ -95,7 +95,7 @@ struct PendulumEquations {
   }
 };
 
-/// The same equations as the prior of kUnits units, T* of one hidden layer of 16.
+/// A prior observer with these equations and kUnits units; T* has one hidden layer of 16.
 template <int kUnits>
 constexpr auto random_prior_model() {
   constexpr Activation kKind = Activation::kTanh;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a benchmark leaves for tracking: ratios, never bare times, as those follow the machine and its mood. Every
-// benchmark takes `--json FILE`; bench/run.sh collects the files, bench/compare judges and tabulates them. And every
-// one takes `--smoke`: all that it measures runs, but briefly, so that its figures say nothing but that it runs.
+// The result of a benchmark for tracking: ratios instead of times, because times depend on the machine and its load.
+// Every benchmark takes `--json FILE`; bench/run.sh collects the files, and bench/compare judges and tabulates them.
+// Every benchmark also takes `--smoke`, which runs everything briefly to show that it runs.
 //   {"bench": "step_latency", "compiler": "GCC 12.2.0", "flags": "-O3 -march=native",
 //    "ratios": {"3-50x4-2 tanh: Eigen / nlo": 2.4}, "targets": {"3-50x4-2 tanh: Eigen / nlo": 2.0}}
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What one would write first: the network of an observer as plain loops, and as products of fixed-size Eigen matrices.
-// Benchmarks run them beside the runtime's kernels, on the same weights.
+// Straightforward code to compare with: the network of an observer as plain loops, and as products of fixed-size Eigen
+// matrices. Benchmarks run it beside the runtime's kernels on the same weights.
 #pragma once
 
 #include <nlo/mlp.h>

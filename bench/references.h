@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What one would write first, as functions to call: plain loops and products of fixed-size Eigen matrices, on the
-// weights of random_mlp(). Compiled twice, each time into a shared library of its own, as a program must not have two
-// versions of Eigen's templates: with the flags of the benchmark, and with -ffast-math on top.
+// Straightforward code as functions: plain loops and products of fixed-size Eigen matrices, on the weights of
+// random_mlp(). It is compiled with the flags of the benchmark, and again with -ffast-math. Each version is a shared
+// library, because a program must not have two versions of Eigen's templates.
 #pragma once
 
 #include <nlo/kernels/activation.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What one sample costs: one step of the latent state and one estimate, each estimate feeding the next measurement, so
-// that nothing of a sample can start before the one before it is done. In the same run, on the same weights: plain
-// loops and fixed-size Eigen products (with and without -ffast-math), the time to load the weights from L1, many plants
-// at once, and all of it with the weights pushed out of L1 and out of L2. Ends with the ratios.
+// Measures the time of one sample: one step of the latent state and one estimate. Each estimate feeds the next
+// measurement, so that no part of a sample can start before the previous sample is complete. In the same run, on the
+// same weights: plain loops and fixed-size Eigen products (with and without -ffast-math), the time to load the weights
+// from L1, many plants at once, and all of it with the weights pushed out of L1 and out of L2. Ends with the ratios.
 //   step_latency [--json FILE] [--smoke] [--benchmark_filter=...]      the fastest of several repetitions counts
 #include <benchmark/benchmark.h>
 #include <nlo/kernels/weight.h>
@@ -54,7 +54,7 @@ struct Effort {
   const char* min_time = "0.02";
 } effort;
 
-/// What the clock takes to be read twice [s].
+/// Time of two readings of the clock [s].
 double clock_time() {
   double fastest = 1.0;
   for (int k = 0; k < 1000; ++k) {
@@ -93,7 +93,7 @@ void add_cold(const std::string& network, const std::string& what, const Sample&
   }
 }
 
-/// The same network as plain loops and with Eigen.
+/// Adds benchmarks of the network as plain loops and with Eigen.
 template <class Model>
 void add_references(const std::string& network, const Model& model, Activation kind, int width, int depth, bool cold) {
   const auto plain = nlo::bench::plain_references(kind, width, depth);

@@ -14,7 +14,7 @@ namespace nlo::bench {
 
 using Json = nlohmann::ordered_json;
 
-/// What this machine is: CPU, cores, system.
+/// Describes this machine: CPU, cores, system.
 Json describe_machine();
 
 /// Medians of every ratio over all runs of its benchmark; `runs` are files of ratios.h. Throws std::runtime_error when
@@ -25,7 +25,7 @@ struct Comparison {
   std::string table;        ///< one line per ratio
   int fallen = 0;           ///< ratios that fell by more than the tolerance
   int missing = 0;          ///< ratios of `before` that `now` has no more
-  std::string differences;  ///< of machine, compiler and flags: why ratios may differ
+  std::string differences;  ///< differences of machine, compiler and flags that may change ratios
 };
 
 /// Compares two results of collect().

@@ -103,7 +103,7 @@ struct Limits {
   double own;    ///< the trainer's passes over one block that is in cache
 };
 
-/// Of T*, and of the network of gated units, each of which takes a tanh.
+/// Limits of T* and of the network of gated units, each with tanh.
 Limits measure_limits(const ObserverStructure& structure, int bursts) {
   std::vector<const NetworkShape*> networks = {&structure.network};
   if (!structure.dynamics.shape.layers.empty()) networks.push_back(&structure.dynamics.shape);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What forward and backward passes of a network cost on one core when nothing else does: the products that they consist
-// of and the tanh of the hidden values, on blocks that stay in cache; no loss, noise, filter or optimiser. With the
-// peak of machine_peak.h the yardstick of training_epoch.
+// The least time of forward and backward passes of a network on one core: their products and the tanh of the hidden
+// values, on blocks that stay in cache, without loss, noise, filter or optimiser. With the peak of machine_peak.h it
+// is the reference of training_epoch.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -86,7 +86,7 @@ inline double own_passes(const trainer::NetworkShape& shape, int bursts) {
 /// Seconds per sample.
 struct TrainingLimit {
   double eigen_products;  ///< by the better layout and the best of several widths of a block
-  double tanh;            ///< of all hidden values of a sample
+  double tanh;            ///< time of all hidden values of a sample
   double own_passes;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the programs of this folder share: something that flies.
+// The observer that the programs of this folder fly.
 #pragma once
 
 // C linkage gives them names that the analysis of the stack finds.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What fly_log.cpp knows of the observer that it flies: a compilation of its own, so that its step can be counted and
-// its stack be looked at.
+// The interface of fly_log.cpp to its observer, which is compiled separately so that the instructions and the stack of
+// a step can be measured.
 #pragma once
 
 // C linkage gives the names that the analysis of the stack finds.
@@ -8,7 +8,7 @@ extern "C" {
 /// Sizes of an exported observer.
 struct FlownObserver {
   int outputs, inputs, states;
-  unsigned bytes;  ///< of RAM
+  unsigned bytes;  ///< RAM
 };
 extern const FlownObserver flown;
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// An exported observer over a whole log on an emulated board: flight.csv, as `nlo evaluate --estimates` writes it, says
-// what each step is given and what the trainer's observer estimated there. Prints
+// Flies an exported observer over a whole log on an emulated board. flight.csv, written by `nlo evaluate --estimates`,
+// has the inputs of each step and the estimates of the trainer's observer. Prints
 //   samples N ok N domain N instructions N most N period N observer N
 //     ok      steps with StepStatus::kOk
-//     domain  samples where in_domain() is what the trainer says
+//     domain  samples where in_domain() agrees with the trainer's
 //     instructions, most   of one step and estimate, mean and largest; the first is not counted, it starts the observer
-//     period  instructions of one that is told no dt
+//     period  instructions of a step without dt
 //   state I apart N        for each state: the largest difference of the estimates over the RMS of the trainer's, in
 //                          units of 1e-9
 #include <cmath>

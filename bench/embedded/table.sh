@@ -10,8 +10,8 @@ builds=$1 write='' cores=(m4f m7 m33 m0plus)
 shift
 if [[ ${1:-} == --write ]]; then write=1 cores=(m4f m0plus m55 rv64 rv64v) && shift; fi # M7, M33: within 0.2 % of the M4F
 if (($#)); then cores=("$@"); fi
-# Of each structure: multiply-adds of a step and an estimate; what its stack and the observer may take [B], and the flash of
-# the whole program in float and in int16 [KB].
+# For each structure: multiply-adds of a step and an estimate; limits of the stack and of the observer [B]; limits of the
+# whole program's flash in float and in int16 [KB].
 structures='
 network     7750  512  32 38 22  3 x 50 + 3 x 50 x 50 + 50 x 2
 gated       4256 1024 144 25 19  33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What stands behind the pointers of nlo_model.h, and how what is thrown becomes a code and a text.
+// The objects behind the pointers of nlo_model.h, and the conversion of exceptions into a code and a text.
 #pragma once
 
 #include <Eigen/Core>
@@ -58,7 +58,7 @@ int guarded(int code_of_error, Work&& work) noexcept {
   }
 }
 
-/// The same of what makes something; null where it threw.
+/// Runs `work`, which makes an object. Returns null if it throws.
 template <class Made, class Work>
 Made* made(Work&& work) noexcept {
   Made* result = nullptr;
@@ -74,7 +74,7 @@ void need(Pointer pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument(std::string(name) + " is NULL");
 }
 
-/// What a model shares with its observers.
+/// Data that a model shares with its observers.
 struct Loaded {
   std::string json, structure;
   Model model;  ///< without the flights of its training: every observer copies it

@@ -41,7 +41,7 @@ void StepMemory::give_back(void* piece) noexcept {
 }
 
 bool StepMemory::owns(const void* piece) const noexcept {
-  const std::less<> before;  // of any two pointers
+  const std::less<> before;  // orders any two pointers
   return !before(piece, all_.get()) && before(piece, all_.get() + heads_);
 }
 

@@ -15,7 +15,7 @@ class StepMemory {
 
   /// `size` bytes as malloc aligns them. Null where no such piece is left.
   void* take(std::size_t size) noexcept;
-  /// What take() has given.
+  /// Returns a piece from take().
   void give_back(void* piece) noexcept;
   bool owns(const void* piece) const noexcept;
   /// How many bytes a piece has, at least those it was taken for.

@@ -23,7 +23,7 @@ constinit Monitor monitor{kMonitor};
 int faults = 0;        // measurements that were clamped, or replaced by the last good one
 int outside = 0;       // estimates from outside what training has seen
 int alarms = 0;        // ticks at which the monitor says that the plant or the sensor is another one
-float command = 0.0F;  // what would go to the actuator
+float command = 0.0F;  // output to the actuator
 
 /// The control law of one tick: all that a firmware timer interrupt would do.
 Observer::Estimate on_timer(float position, int periods) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run leaves behind: durations, errors and status counts, as text for a reader and as JSON for the report.
+// The result of a run: durations, errors and status counts, as text for a reader and as JSON for the report.
 #pragma once
 
 #include <algorithm>

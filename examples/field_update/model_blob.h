@@ -26,7 +26,7 @@ enum class BlobStatus : std::uint8_t {
   kMisaligned,    ///< the bytes do not start where a model may
   kShort,         ///< fewer bytes than a blob has
   kNotABlob,      ///< another magic number, such as an erased flash
-  kOtherLayout,   ///< of another structure, other sizes or another target
+  kOtherLayout,   ///< another structure, other sizes or another target
   kOlder,         ///< a version below the least that is accepted
   kDamaged,       ///< the CRC is not that of the bytes
   kOtherAnswers,  ///< the recorded flight ends elsewhere

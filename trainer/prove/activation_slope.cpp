@@ -13,9 +13,9 @@ using codegen::ActivationRow;
 
 namespace {
 
-constexpr double kNarrowest = 1e-9;  // of an interval that has a chord
+constexpr double kNarrowest = 1e-9;  // least width of an interval with a chord
 
-/// What some ten roundings and a function of the library are off by at most, of values and slopes of arguments of that
+/// Bound of the error of some ten roundings and a function of the library, for values and slopes of arguments of that
 /// size: |value| <= 1.1 |x|, |slope| <= 1.1.
 double slack(double size) {
   constexpr double kMany = 64.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What is known of an activation and of its slope over an interval: what bounds of a network's Jacobian are made of.
-// All of it follows from the activation's row in codegen/model/activations.h, and holds for the real function: rounding
-// is included, with functions of the standard library as rounding.h assumes them.
+// Bounds of an activation and of its slope over an interval, from which bounds of a network's Jacobian are made. They
+// follow from the activation's row in codegen/model/activations.h and hold for the real function: rounding is included,
+// with functions of the standard library as rounding.h assumes them.
 #pragma once
 
 #include <Eigen/Core>

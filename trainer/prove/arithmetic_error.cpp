@@ -59,7 +59,7 @@ class FlownEnclosure {
     const Vector reads = kRaised * (inputs_.cwiseAbs() * (box.centre.cwiseAbs() + box.radius));
     const Vector in = reads.head(input_off_.size());
     const Vector middle_in = (inputs_ * box.centre).head(in.size());
-    Vector low_in = middle_in - kRaised * (inputs_.cwiseAbs() * box.radius).head(in.size());  // what a layer reads
+    Vector low_in = middle_in - kRaised * (inputs_.cwiseAbs() * box.radius).head(in.size());  // input of a layer
     Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // how far it is off
     std::vector<Known> locals;
     std::vector<SlopeLine> slopes;
@@ -121,7 +121,7 @@ class FlownEnclosure {
     return (layers_[l].weights.cwiseAbs() + flown.known.weights.cwiseAbs() + flown.off.weights) * size +
            layers_[l].bias.cwiseAbs() + flown.known.bias.cwiseAbs() + flown.off.bias;
   }
-  /// Of the sums of layer l, given flown inputs between `low` and `high`, against the real layer's.
+  /// Error of the sums of layer l against the real layer, for flown inputs between `low` and `high`.
   Known sum_error(std::size_t l, const Vector& low, const Vector& high) const {
     const FlownLayer& layer = flown_.layers[l];
     const Vector middle = 0.5 * (low + high), size = low.cwiseAbs().cwiseMax(high.cwiseAbs());
@@ -136,7 +136,7 @@ class FlownEnclosure {
   const codegen::ActivationRow& activation_;
   Matrix inputs_;
   const FlownMap& flown_;
-  JacobianEnclosure enclosure_, real_;  ///< of p; of [z; y]
+  JacobianEnclosure enclosure_, real_;  ///< for p; for [z; y]
   std::vector<codegen::DenseLayer> layers_, off_;
   Matrix path_, path_off_;
   Vector input_off_, wider_;

@@ -16,7 +16,7 @@
 namespace nlo::trainer {
 
 struct ArithmeticError {
-  Eigen::VectorXd bound;   ///< of each output, n_x
+  Eigen::VectorXd bound;   ///< one for each output, n_x
   std::int64_t boxes = 0;  ///< looked at
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be proven of a model: a row for each bound, with what a falsifier has found beside it.
+// Proven bounds of a model: a row for each bound, with the largest value that a falsifier has found.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ struct CertificateRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   std::string id;    ///< "lipschitz", "latent.z3": of a file and a test
-  std::string what;  ///< what it bounds, for people
+  std::string what;  ///< the bounded quantity, for people
   std::string unit = {};
   Evidence evidence = Evidence::kProven;
   double bound = kNone;
@@ -47,12 +47,12 @@ struct CertificateRow {
 struct CertifyOptions {
   std::int64_t boxes = 0;  ///< at most, of each branch and bound; 0: some minute of one core each
   double gap = 0.2;        ///< a branch and bound ends where bound / found - 1 is below this
-  std::uint64_t seed = 1;  ///< of falsifiers
-  // Of the error that stays:
-  const Experiment* experiment = nullptr;  ///< what the model was trained by; null: not known
+  std::uint64_t seed = 1;  ///< seed of falsifiers
+  // For the steady error:
+  const Experiment* experiment = nullptr;  ///< the model's experiment; null: not known
   double noise = 0.0;                      ///< V: each sample of each output is off by at most this
   double disturbance = 0.0;                ///< W: each state's derivative is off by at most this [state / s]
-  StateBox box = {};                       ///< where the state stays; empty: where simulated runs have been
+  StateBox box = {};                       ///< region of the state; empty: the region of simulated runs
   /// Said of each group of rows as it begins; may be empty.
   std::function<void(const std::string&)> progress = {};
 };
@@ -60,7 +60,7 @@ struct CertifyOptions {
 struct Certificate {
   std::string model, structure;
   std::vector<CertificateRow> rows;
-  std::vector<std::string> assumptions;  ///< what all proofs rest on
+  std::vector<std::string> assumptions;  ///< assumptions of all proofs
 };
 
 /// All rows.
@@ -76,8 +76,8 @@ CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOption
 CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows robustness_rows(const codegen::Model& model, const CertifyOptions& options);
 
-/// Why there are no rows about the plant that the model was trained on; empty: there are. KKL observers without inputs
-/// of the plant's own states have them.
+/// Returns the reason why there are no rows about the plant that the model was trained on; empty if there are. KKL
+/// observers of the plant's own states, without inputs, have such rows.
 std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options);
 
 /// A row without a bound.

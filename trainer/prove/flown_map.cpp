@@ -19,8 +19,8 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 constexpr double kOne = kernels::int16::kOne;
-constexpr double kTanhUnit = 0x1p16;  // of tanh's argument
-constexpr double kSubnormal = 1e-30;  // what floats below 2^-126, and z below 2^-100, may lose
+constexpr double kTanhUnit = 0x1p16;  // unit of tanh's argument
+constexpr double kSubnormal = 1e-30;  // loss of floats below 2^-126 and of z below 2^-100
 
 /// The real layers: what T* reads first, `inputs` of it; of a network of one layer with the linear path in it.
 std::vector<codegen::DenseLayer> real_layers(const JacobianEnclosure& real, Index inputs) {
@@ -36,7 +36,7 @@ std::vector<codegen::DenseLayer> real_roundings(const JacobianEnclosure& real, I
   return layers;
 }
 
-/// What rounding and what b is off leave of the difference a - b.
+/// Bound of the error of the difference a - b, by rounding and by the error `off` of b.
 Matrix besides(const Matrix& a, const Matrix& b, const Matrix& off) {
   return upward(2.0 * kUnit * (a.cwiseAbs() + b.cwiseAbs()) + off, 4);
 }
@@ -114,7 +114,7 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
   const std::vector<codegen::DenseLayer> layers = real_layers(real, inputs), off = real_roundings(real, inputs);
   const bool is_tanh_map = network.activation == Activation::kTanh;
   FlownMap map;
-  // What one unit of an integer stands for, and what stays when all integers are zero.
+  // The value of one unit of an integer, and the value when all integers are zero.
   Vector per_unit = network.gain.cast<double>().cwiseInverse(), offset = network.centre.cast<double>();
   map.input_off.resize(inputs);
   for (Index i = 0; i < inputs; ++i) {
@@ -129,7 +129,7 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
     const bool last = l + 1 == layers.size();
     const double unit = is_tanh_map || last ? kTanhUnit : kOne / largest[l];
     const Index rows = integers.weights.rows();
-    Vector scale(rows);  // of a sum
+    Vector scale(rows);  // scale of a sum
     for (Index o = 0; o < rows; ++o)
       scale(o) = last ? static_cast<double>(network.scale(o)) : std::ldexp(1.0 / unit, -integers.shift);
     const double half = last ? 0.0 : std::ldexp(0.5, integers.shift);
@@ -164,8 +164,8 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
 }
 
 Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vector& high) {
-  // What the double coefficients of a step are off the real ones: Higham, Functions of Matrices, section 10.7.4 says 3
-  // units and |lambda h| of them for the method of nlo/latent.h. Next to float's unit both are nothing.
+  // Error of a step's coefficients in double: Higham, Functions of Matrices, section 10.7.4 gives 3 units and |lambda
+  // h| of them for the method of nlo/latent.h. Both are negligible beside float's unit.
   constexpr double kCoefficients = 128.0 * kUnit;
   const codegen::LinearLatent& latent = *codegen::linear_latent(m);
   const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
@@ -200,7 +200,7 @@ Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vect
     for (Index i = 0; i < rows; ++i)
       start += lost(m.initial_latent(r + i)) + (latent.starts_steady ? sums * std::abs(m.initial_latent(r + i)) : 0.0);
     const double size = size_of(z);
-    // Of a step on a flown z that is off by that much itself, over all steps: no more than what it began with.
+    // The error after a step on a flown z with error `by`, over all steps, must not exceed `by`.
     const auto settled = [&](double by) {
       const Vector local = kFloatUnit * (z.segment(r, rows).array() + by) + (kSubnormal + a_off * size) +
                            sums * (a_size * (size + by) + pushes.array()) + push_off.array();

@@ -24,25 +24,25 @@ double float_gamma(Eigen::Index roundings);
 struct FlownLayer {
   codegen::DenseLayer known, off;
   double sum_rounding = 0.0;                                 ///< times the sum of the sizes of all terms
-  double sum_off = 0.0;                                      ///< of each sum, besides
+  double sum_off = 0.0;                                      ///< further error of each sum
   double largest = std::numeric_limits<double>::infinity();  ///< its activation saturates there
 };
 
 struct FlownMap {
-  Eigen::VectorXd input_off;  ///< of what the first layer reads, n_in
+  Eigen::VectorXd input_off;  ///< error of the first layer's inputs, n_in
   std::vector<FlownLayer> layers;
-  double activation_off = 0.0;       ///< of each activation
+  double activation_off = 0.0;       ///< error of each activation
   double activation_relative = 0.0;  ///< times the size of its argument, besides
-  Eigen::MatrixXd path_off;          ///< of the linear path, n_x x n_in
+  Eigen::MatrixXd path_off;          ///< error of the linear path, n_x x n_in
   double path_rounding = 0.0;        ///< times the sizes of the sums it is added to
   double output_rounding = 0.0;      ///< times the size of an output
 };
 
-/// Of a float or 16-bit export: `folded` as in_formats() gives it.
+/// The map of a float or 16-bit export: `folded` as in_formats() gives it.
 FlownMap flown_in_float(const JacobianEnclosure& real, const codegen::FoldedNetwork& folded);
 
-/// Of an int16 export. `largest` has the largest activation of each hidden layer, as quantise() was given it.
-/// It reads what is between `low` and `high`, n_in.
+/// The map of an int16 export, for inputs between `low` and `high`, n_in. `largest`: the largest activation of each
+/// hidden layer, as quantise() was given it.
 FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedNetwork& network,
                         const std::vector<double>& largest, const Eigen::VectorXd& low, const Eigen::VectorXd& high);
 

@@ -172,7 +172,7 @@ ForwardMap::Path ForwardMap::along(const Eigen::MatrixXd& initial, double sample
       state = rk4_step(plant_, state, 0.5 * h);
       const Eigen::MatrixXd y_last = plant_.output(state);
       for (std::size_t i = 0; i < modes_.size(); ++i) {
-        // The same integral with time reversed: the latest output stands at s = 0.
+        // The integral with time reversed: the latest output is at s = 0.
         const Weights& w = weight[i];
         const auto row = static_cast<Eigen::Index>(i);
         z.row(row) = w.decay * z.row(row) + modes_[i].f * (w.first * y_last + w.middle * y_middle + w.last * y);

@@ -6,7 +6,7 @@
 // Backwards, a plant may escape in finite time (Van der Pol outside its limit cycle). As in the existence proofs the
 // method builds on (Andrieu and Praly 2006, section 3.2), f is therefore switched off smoothly outside an open box O
 // around the states of interest: X stays bounded, T exists everywhere, and (5) still holds for the true f inside O.
-// T is one solution of (5) among several; every solution is one that z converges to on runs that stay in O.
+// T is one solution of (5) among several. On runs that stay in O, z converges to every solution.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@
 
 namespace nlo::trainer {
 
-/// Where the plant is itself. O is centre +- `inner` half widths; beyond `outer` half widths the plant stands still.
+/// The region with the plant's own f. O is centre +- `inner` half widths; beyond `outer` half widths f is 0.
 struct MapDomain {
   Eigen::VectorXd centre, half_width;  ///< n_x
   double inner = 1.5, outer = 3.0;
@@ -29,10 +29,10 @@ MapDomain domain_around(const Eigen::MatrixXd& states);
 
 /// Numerical settings; the defaults leave relative errors of about 1e-7 in T.
 struct ForwardMapOptions {
-  double longest_step_s = 0.02;   ///< of Runge-Kutta and quadrature
+  double longest_step_s = 0.02;   ///< longest step of Runge-Kutta and quadrature
   double step_per_time = 0.25;    ///< step <= this / max |lambda|
   double truncation = 1e-7;       ///< the past is followed until exp(max Re lambda s) falls below this
-  double difference_step = 1e-4;  ///< of dT/dx, in half widths of the domain
+  double difference_step = 1e-4;  ///< step of differences for dT/dx, in half widths of the domain
 };
 
 class ForwardMap {

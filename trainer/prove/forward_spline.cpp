@@ -85,7 +85,7 @@ ForwardSpline::Local ForwardSpline::local(const StateBox& box, const Vector& uni
   const StateBox& own = cells_[static_cast<std::size_t>(cell)];
   Local local{coefficients_[static_cast<std::size_t>(cell)], Matrix(static_cast<Eigen::Index>(powers_.size()), nz)};
   const Vector largest = local.coefficients.cwiseAbs().colwise().maxCoeff();
-  Matrix growth(n, nx);  // of errors of the coefficients, for each power of each state
+  Matrix growth(n, nx);  // growth of the coefficients' errors, for each power of each state
   along_states(local.coefficients, nx, n, [&](Eigen::Index p) {
     const double from = (box.centre(p) - own.centre(p)) / own.radius(p), by = unit(p) / own.radius(p);
     Matrix shift = Matrix::Zero(n, n);
@@ -112,13 +112,13 @@ ForwardSpline::Local ForwardSpline::local(const StateBox& box, const Vector& uni
 MapRanges ForwardSpline::over(const StateBox& box) const {
   const Eigen::Index nx = plant_.nx(), nz = system_.nz();
   const Eigen::Index cell = region_.cell_of(box.centre);
-  // Of a point, distances have any unit.
+  // A box that is a point may have any unit of distance.
   Vector unit = box.radius;
   for (Eigen::Index p = 0; p < nx; ++p)
     if (unit(p) == 0.0) unit(p) = cells_[static_cast<std::size_t>(std::max<Eigen::Index>(cell, 0))].radius(p);
   const Local polynomial = local(box, unit);
   MapRanges ranges{IntervalMatrix(nz), IntervalMatrix(nz, nx), Vector::Zero(nz), IntervalMatrix(nz, nx)};
-  // Of a product, and of its slopes: 0 where a factor is the distance from the centre of a box without width there.
+  // Size of a product and of its slopes. It is 0 if a factor is the distance in a direction without width.
   const auto size_of = [&](double size, const Powers& power) {
     for (Eigen::Index p = 0; p < nx; ++p)
       if (power[static_cast<std::size_t>(p)] > 0 && box.radius(p) == 0.0) return 0.0;

@@ -47,7 +47,7 @@ class ForwardSpline {
   Eigen::VectorXd residual(const StateBox& box) const;
 
  private:
-  using Powers = std::array<int, kMostStates>;  ///< of a product: the power of each state
+  using Powers = std::array<int, kMostStates>;  ///< powers of the states in a product
 
   /// The polynomial of the distance from the box's centre in units of `unit` (n_x), products x n_z; and how far each of
   /// its coefficients can be off.
@@ -63,13 +63,13 @@ class ForwardSpline {
   LatentSystem system_;
   Eigen::MatrixXd d_;  ///< D as a matrix
   HoldEffect hold_;
-  int shared_;                                       ///< m
-  std::vector<Powers> powers_;                       ///< of all products over a cell; the first state's goes fastest
-  std::vector<std::vector<Eigen::Index>> unknowns_;  ///< of each cell: which ones its corners have
+  int shared_;                  ///< m
+  std::vector<Powers> powers_;  ///< powers of all products over a cell; the first state's goes fastest
+  std::vector<std::vector<Eigen::Index>> unknowns_;  ///< for each cell: the unknowns of its corners
   Eigen::Index unknown_count_ = 0;
   std::vector<StateBox> cells_;
-  std::vector<Eigen::MatrixXd> coefficients_;  ///< of each cell: products x n_z, of distances in the cell's radius
-  double error_ = 0.0;                         ///< of each coefficient, by rounding
+  std::vector<Eigen::MatrixXd> coefficients_;  ///< for each cell: products x n_z; distances in the cell's radius
+  double error_ = 0.0;                         ///< rounding error of each coefficient
 };
 
 }  // namespace nlo::trainer

@@ -16,7 +16,8 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, const Matrix& z) const {
-  constexpr double kRidge = 1e-14;  // of the largest: where (5) leaves T~ free, as beside an orbit that draws others in
+  // Relative to the largest, for T~ that (5) leaves free, as beside an attracting orbit.
+  constexpr double kRidge = 1e-14;
   using Sparse = Eigen::SparseMatrix<std::complex<double>>;
   const Eigen::Index nx = plant_.nx(), n = 2 * shared_;
   const auto products = static_cast<Eigen::Index>(powers_.size());

@@ -38,7 +38,7 @@ std::vector<Powers> all_powers(std::size_t nx, int degree) {
 }
 
 /// Applies `map` along each state of a tensor, the first state fastest: `of_state(p)` (n x n) along state p. The state
-/// that is done goes to the slowest place, so that after all of them the order is as before.
+/// that was treated becomes the slowest one, so that the order is restored at the end.
 template <class Scalar, class OfState>
 void along_states(Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& columns, Eigen::Index nx, Eigen::Index n,
                   const OfState& of_state) {

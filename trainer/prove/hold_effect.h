@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What reading samples by a hold does to z, beside reading y all the time: to the third order of the sample period it
-// is another output that is read, and the fourth order has a bound.
+// The effect on z of reading held samples instead of y(t). To the third order of the sample period it equals reading
+// another output, and the fourth order has a bound.
 #pragma once
 
 #include <array>
@@ -16,9 +16,9 @@ struct HoldEffect {
 
   HoldEffect(Hold hold, double dt_s);
 
-  /// What g leaves over of a step of z, at most, of a mode: the fourth order of dt.
+  /// Bound of the remainder of a mode's step, of fourth order in dt.
   ///   rates   sup |L_f^i y| for one output, i = 1, 2, 3
-  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: what a disturbance does to them
+  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: the effect of a disturbance on them
   static double left_over(Hold hold, double dt_s, double eigenvalue_size, const std::array<double, 3>& rates,
                           const std::array<double, 3>& pushes);
 };

@@ -80,7 +80,7 @@ void JacobianEnclosure::balance(const InputBox& box, int rounds) {
 // may, as S^-1 (D - C) S is the same: S, the balance, weighs what comes in at a neuron and what it does to the output.
 double JacobianEnclosure::bound_by_norms(const std::vector<LayerRange>& ranges) const {
   std::vector<Vector> out;
-  std::vector<double> sizes;  // of S R^1/2 V directions
+  std::vector<double> sizes;  // sizes of S R^1/2 V directions
   double sum = 0.0;
   for (std::size_t m = 0; m < ranges.size(); ++m) {
     const LayerRange& range = ranges[m];
@@ -113,12 +113,12 @@ double JacobianEnclosure::at(const Vector& p) const {
 }
 
 double JacobianEnclosure::cost() const {
-  double sum = 2e5;  // what small matrices take besides
+  double sum = 2e5;  // overhead of small matrices
   const auto n_p = static_cast<double>(directions_.rows());
   for (std::size_t m = 1; m < layers_.size(); ++m) {
     const auto block = static_cast<double>(layers_[m].weights.size());
     sum += block * n_p;
-    constexpr double kEigenvalues = 10.0;  // of a symmetric matrix, n^3 and more
+    constexpr double kEigenvalues = 10.0;  // operations for a symmetric matrix, in n^3
     for (std::size_t l = 0; l < m; ++l)
       sum += kEigenvalues * block * static_cast<double>(layers_[l].weights.rows()) +
              (l + 1 < m ? block : 0.0) * static_cast<double>(layers_[l].weights.rows()) +
@@ -149,7 +149,7 @@ JacobianEnclosure::Pieces JacobianEnclosure::pieces_over(const InputBox& box) co
     const Vector first = s.cwiseProduct(range.mid.cwiseAbs() * r);
     const Vector second = range.slope.remainder + s.cwiseProduct(range.rad * r);
     linear += range.back_size * (first.asDiagonal() * range.rad + second.asDiagonal() * range.most);
-    // Of `steps` below: by A, and as they are summed.
+    // Rounding of `steps` below: by A, and in the sum.
     linear += (rounding_.from.back()[l] + rounding_.gamma * range.back_size) * (first.asDiagonal() * range.most);
   }
   for (Eigen::Index k = 0; k < r.size(); ++k) {
@@ -214,7 +214,7 @@ JacobianEnclosure::Values JacobianEnclosure::values_over(const InputBox& box) co
   Matrix mid;
   AffineValues v;
   const std::vector<LayerRange> ranges = ranges_over(box, mid, &v);
-  Matrix most = mid.cwiseAbs() + rounding_.mid.back();  // of the Jacobian
+  Matrix most = mid.cwiseAbs() + rounding_.mid.back();  // largest entries of the Jacobian
   for (const LayerRange& range : ranges) most += range.back_size * range.slope.range.asDiagonal() * range.most;
   const Vector swing = raised * (v.gradient.cwiseAbs() * box.radius + v.error);
   const Vector reach = raised * (raised * (most * box.radius) + v.off);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How large the Jacobian of a network can be over a box of its inputs: a proven bound of its spectral norm that gets
-// sharp as the box gets small. What lipschitz.h searches with.
+// A proven bound of the spectral norm of a network's Jacobian over a box of its inputs. The bound becomes sharp as the
+// box becomes small. lipschitz.h searches with it.
 //
 // With the slopes of layer l as D_l(x) and C_l in their place at the centre, differences of products telescope:
 //   J(x) - J_C = sum over l of A_l (D_l(x) - C_l) V_l(x),   A_l = W_L C_(L-1) ... W_(l+1),   V_l = W_l D_(l-1) ... W_1
@@ -9,11 +9,11 @@
 //   norms     |D_l - C_l| by the range of slopes, each factor by its spectral norm, as lipschitz_upper() does: for
 //   large
 //             boxes
-//   entries   the same with absolute values entry by entry: for small ones, and for relu
+//   entries   as norms, with absolute values entry by entry: for small boxes, and for relu
 //   linear    D_l - C_l = s_l V_l (x - c) + a remainder of second order: the linear part of J is kept whole, signs and
 //             all, and the norm, a convex function of x, is largest at a corner of the box
-// Rounding is included (rounding.h): whatever is summed of weights is off by gamma times the same sum of their sizes,
-// with kSteepest for each slope. These sums are the same for all boxes.
+// Rounding is included (rounding.h): a sum of weights has an error of at most gamma times the sum of their sizes, with
+// kSteepest for each slope. These sums are the same for all boxes.
 #pragma once
 
 #include <Eigen/Core>
@@ -41,7 +41,7 @@ class JacobianEnclosure {
   struct Bound {
     double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
     Eigen::Index split = 0;  ///< the input whose halving promises most
-    bool by_norms = true;    ///< that bound counts; where it does not, it does not in a part of the box either
+    bool by_norms = true;    ///< whether that bound counts; if not, it does not in a part of the box either
   };
   /// Without `norms`, most of the time, only the other two are looked at.
   Bound over(const InputBox& box, bool norms = true) const;
@@ -79,7 +79,7 @@ class JacobianEnclosure {
   /// |J(p) directions| at one point.
   double at(const Eigen::VectorXd& p) const;
 
-  /// Of one over(), in the time of a multiply-add.
+  /// Cost of one over() in multiply-adds.
   double cost() const;
 
  private:
@@ -95,13 +95,13 @@ class JacobianEnclosure {
   Eigen::MatrixXd directions_;
   std::vector<Eigen::VectorXd> balance_;  ///< per hidden layer, positive
 
-  /// What rounding can be, of the layers as they are folded, and of what over() makes of them.
+  /// Bounds of rounding in the folded layers and in the results of over().
   struct Roundings {
     double gamma = 0.0;
-    std::vector<codegen::DenseLayer> layer;  ///< of weights and of bias
+    std::vector<codegen::DenseLayer> layer;  ///< for weights and bias
     Eigen::MatrixXd linear_path;
-    std::vector<Eigen::MatrixXd> mid;                ///< of V at the centre's slopes; behind the last: of J
-    std::vector<double> mid_norm;                    ///< of that times the directions
+    std::vector<Eigen::MatrixXd> mid;                ///< for V at the centre's slopes; behind the last: for J
+    std::vector<double> mid_norm;                    ///< for that times the directions
     std::vector<std::vector<Eigen::MatrixXd>> from;  ///< [m][l], l < m: of the map from layer l to layer m
     std::vector<std::vector<double>> from_norm;
   } rounding_;

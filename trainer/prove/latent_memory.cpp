@@ -51,7 +51,7 @@ Eigen::VectorXd LatentMemory::largest(const Eigen::MatrixXd& rows, const Eigen::
     const Eigen::MatrixXd of_steps = rows * powers;
     for (Eigen::Index i = 0; i < steps; ++i) result += of_steps.middleCols(i * nz, nz).cwiseAbs() * step_size;
   }
-  // What is not kept, and rounding: |row| and the sizes of all that it meets.
+  // The part that is not kept, and rounding: |row| times the sizes of its factors.
   const Eigen::VectorXd norms = rows.rowwise().norm();
   const double injected = ((b0.cwiseAbs() + b1.cwiseAbs()) * noise_size).norm() + step_size.norm();
   const double kept = (noise.cwiseAbs().rowwise().sum() * noise_size.maxCoeff()).norm() +

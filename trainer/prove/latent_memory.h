@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a KKL observer's latent state keeps of its past: z+ = A z + B0 y_k + B1 y_(k+1), so an error of the outputs v
-// and of the step d, whose effects are
+// The memory of a KKL observer's latent state: z+ = A z + B0 y_k + B1 y_(k+1). An error v of the outputs and an error
+// d of the step have the effect
 //   e_k = sum over i >= 0 of  A^i B1 v_(k-i)  +  A^i B0 v_(k-1-i)  -  A^i d_(k-i)
 #pragma once
 
@@ -11,12 +11,12 @@
 namespace nlo::trainer {
 
 struct LatentMemory {
-  Eigen::MatrixXd a, b0, b1;  ///< of a step
-  Eigen::Index steps = 0;     ///< that are kept; the rest is in `noise_tail` and `step_tail`
+  Eigen::MatrixXd a, b0, b1;  ///< matrices of a step
+  Eigen::Index steps = 0;     ///< number that is kept; the rest is in `noise_tail` and `step_tail`
   Eigen::MatrixXd noise;      ///< n_z x (steps + 1) n_y: de_k/dv_k, de_k/dv_(k-1), ...
   Eigen::MatrixXd powers;     ///< n_z x steps n_z: I, A, A^2, ...
   double tail = 0.0;          ///< at least the sum of the norms of all powers that are not kept
-  double rounding = 0.0;      ///< of each entry of `noise` and `powers`, relative to the largest
+  double rounding = 0.0;      ///< error of each entry of `noise` and `powers`, relative to the largest
 
   explicit LatentMemory(const codegen::Model& model);
 

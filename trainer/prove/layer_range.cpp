@@ -13,7 +13,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Of `weights` times vectors of that size, with the folding of `weights` itself.
+/// Rounding of `weights` times vectors of that size, with the rounding in the folding of `weights`.
 Vector times(const codegen::DenseLayer& rounding, const Vector& size) {
   return rounding.weights * size + rounding.bias;
 }
@@ -81,7 +81,7 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
   const double raised = 1.0 + rounding_.gamma;
   Vector a = box.centre, off = Vector::Zero(r.size());  // values of the layer before at the centre, what they are off
   Vector a_low = box.centre - r, a_high = box.centre + r;
-  // The same as affine functions of p: a = middle + gradient (p - centre) +- error.
+  // Ranges as affine functions of p: a = middle + gradient (p - centre) +- error.
   Vector middle = box.centre, error = Vector::Zero(r.size());
   Matrix gradient = Matrix::Identity(r.size(), r.size());
   std::vector<LayerRange> ranges;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a JacobianEnclosure knows of a hidden layer over a box.
+// The range of a hidden layer over a box, for a JacobianEnclosure.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ struct LayerRange {
   Eigen::MatrixXd mid;                ///< V at the slopes C of the layers before, n x n_p
   Eigen::MatrixXd rad;                ///< |V(p) - mid| is at most this, rounding included
   Eigen::MatrixXd most;               ///< |V(p)|
-  Eigen::VectorXd low, high;          ///< of the pre-activations, rounding included
+  Eigen::VectorXd low, high;          ///< bounds of the pre-activations, rounding included
   Eigen::MatrixXd back;               ///< A of the layer that is looked at
   Eigen::MatrixXd back_size;          ///< |A|, rounding included
   std::vector<Eigen::MatrixXd> from;  ///< A of this layer, of each layer before it

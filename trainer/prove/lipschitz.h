@@ -53,7 +53,7 @@ struct LocalLipschitz {
   double bound = 0.0;        ///< no slope in the box is larger
   double found = 0.0;        ///< the steepest slope found there
   Eigen::VectorXd steepest;  ///< [z; y] of that
-  std::int64_t boxes = 0;    ///< that were looked at
+  std::int64_t boxes = 0;    ///< number examined
 };
 
 /// Slopes of T* in z, or with `of_output` in the readings y, over [latent_min, latent_max] x [reading_min,

@@ -43,7 +43,7 @@ Around around(const codegen::Network& m, Eigen::Index first_input, Eigen::Index 
   return result;
 }
 
-/// The same of the sizes of all numbers.
+/// Norms with the absolute values of all numbers.
 Around sizes_around(codegen::Network m, Eigen::Index first_input, Eigen::Index inputs) {
   for (Eigen::MatrixXd* matrix : {&m.features, &m.skip}) *matrix = matrix->cwiseAbs();
   for (Eigen::VectorXd* vector : {&m.feature_scale, &m.output_scale}) *vector = vector->cwiseAbs();
@@ -89,7 +89,7 @@ LipschitzConstants lipschitz_upper(const codegen::Model& model) {
   LipschitzConstants result{upper_bound(*codegen::inverse_map(model), 0, nz, range), 0.0};
   if (!codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0))
     result.output = upper_bound(*codegen::inverse_map(model), nz, nr, range);
-  // Where z - S y is held at its reach, S y carries on: y acts through T*'s z too. Holding z itself stretches nothing.
+  // If z - S y is saturated, S y is not, so y also acts through z. Saturating z itself stretches nothing.
   if (model.saturates())
     result.output = upward(result.output + result.latent * norm_above(codegen::LatentDomain(model).relative_gain()), 2);
   return result;

@@ -38,7 +38,7 @@ Eigen::MatrixXd spread(const std::vector<Eigen::MatrixXd>& path, Eigen::Index co
 
 /// Largest |x1 - x2| / |z1 - z2| over all pairs of columns that are apart.
 double inverse_slope(const Eigen::MatrixXd& x, const Eigen::MatrixXd& z) {
-  constexpr double kApart = 1e-3;  // of the states' spread: nearer pairs would measure rounding errors of T
+  constexpr double kApart = 1e-3;  // share of the states' spread; nearer pairs would measure rounding errors of T
   const double apart = kApart * (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm();
   double largest = 0.0;
   for (Eigen::Index i = 0; i < x.cols(); ++i)

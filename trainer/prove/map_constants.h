@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What Proposition 2 asks of a map T: L_T, L_Tx, and T where the bound is applied. Exact on a linear plant; elsewhere
-// the largest found at samples of the plant's runs, which the true constants can only exceed.
+// The constants of a map T in Proposition 2: L_T, L_Tx, and T at the points where the bound is applied. They are exact
+// on a linear plant. Elsewhere they are the largest values at samples of the plant's runs, and the true constants may
+// be larger.
 #pragma once
 
 #include <Eigen/Core>

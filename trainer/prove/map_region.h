@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where T* of a model is asked: boxes of [z; y], or of z less S y for readings that T* knows relative to their steady
-// state, with which z goes.
+// The arguments of a model's T*: boxes of [z; y], or of z - S y for readings that T* uses relative to their steady
+// state S y.
 #pragma once
 
 #include <Eigen/Core>

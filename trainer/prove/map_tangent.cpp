@@ -16,9 +16,9 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// What double arithmetic does to T* at one input, for each output, at most.
+/// Bound of the rounding of T* in double at one input, for each output.
 Vector map_rounding(const codegen::Network& m, const Vector& in) {
-  constexpr double kSteepest = 1.11;  // of all activations
+  constexpr double kSteepest = 1.11;  // largest slope of all activations
   constexpr double kActivation = 2.0 * kLibraryUlps * kUnit;
   const Vector scale = m.feature_scale.cwiseInverse();
   const auto terms = [](const Matrix& w, const Vector& a, const Vector& b) {

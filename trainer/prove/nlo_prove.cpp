@@ -62,7 +62,7 @@ StateBox parse_box(const std::string& text, const codegen::Model& model) {
   return box;
 }
 
-/// What the model was trained by, where its file says it and the program can read it.
+/// The experiment of the model, if its file has one and the program can read it.
 std::optional<Experiment> known_experiment(const codegen::Model& model, const std::string& path) try {
   return experiment_of(model, path);
 } catch (const codegen::Error&) {

@@ -45,7 +45,7 @@ class PlantEnclosure {
  private:
   Eigen::Index nx_, ny_;
   std::vector<double> constants_;         ///< behind the states: inputs, which are 0, and parameters
-  codegen::SharedExpressions rows_;       ///< what PlantRanges has
+  codegen::SharedExpressions rows_;       ///< expressions of PlantRanges
   codegen::SharedExpressions functions_;  ///< f, y and two rates of it
 };
 

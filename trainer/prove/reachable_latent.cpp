@@ -20,13 +20,13 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kForgotten = 1e-9;  // of a mode, from where on its past is one number
+constexpr double kForgotten = 1e-9;  // size of a mode's memory from which its past is one number
 constexpr std::int64_t kMostSteps = 1 << 22;
 
-/// What a mode reads of one reading.
+/// The effect of one reading on a mode.
 struct ReachReading {
   Complex b0, b1, steady;
-  double centre = 0.0, radius = 0.0;  ///< of one that wraps: 0, half a turn
+  double centre = 0.0, radius = 0.0;  ///< for a reading that wraps: 0 and half a turn
   bool turns = false;
 };
 
@@ -113,7 +113,7 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
   // z is judged from where it rests when all y_j = c_j. That it is rounded acts as a small constant input.
   Complex rest = 0.0;
   double all = std::abs(mode.initial), off = 0.0;
-  Parts fixed, angles;  // that no past adds to: of y_k, and of an angle itself
+  Parts fixed, angles;  // parts without a past: from y_k, and from an angle itself
   for (const ReachReading& r : mode.readings) {
     rest += r.centre * r.steady;
     const double reach = std::abs(r.centre) + r.radius;
@@ -123,7 +123,7 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
     all += (std::abs(r.steady) + std::abs(r.b0) + std::abs(r.b1)) * reach;
     (r.turns ? angles : fixed) += r.radius * sizes(r.turns ? r.steady : r.b1);
   }
-  // Of a step: which are |factor^(m-1) (B0 + factor B1)| r, or of an angle |factor^m (S - B1)| half a turn.
+  // Effects of a step: |factor^(m-1) (B0 + factor B1)| r, or for an angle |factor^m (S - B1)| half a turn.
   const double steps_needed = std::log(kForgotten) / std::log(size);
   const auto steps = static_cast<std::int64_t>(std::clamp(steps_needed, 8.0, static_cast<double>(kMostSteps)));
   const double lasting = upward(off / (1.0 - size), 4);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Where the latent state of a KKL observer can go, whatever is measured. With z+ = A z + B0 y_k + B1 y_(k+1) and every
-// y_j = c_j + r_j s, |s| <= 1, as validation lets it through,
+// The reachable set of a KKL observer's latent state for any measurements. With z+ = A z + B0 y_k + B1 y_(k+1) and
+// every y_j = c_j + r_j s, |s| <= 1, as validation lets it through,
 //   z_k = A^k z_0 + B1 y_k + sum over 0 < m < k of A^(m-1) (B0 + A B1) y_(k-m) + A^(k-1) B0 y_0
 // so coordinate i fills an interval whose half width is the sum of |row i of each factor| r: no interval is smaller.
-// An output that wraps is turned back with z, so of it, a step moves z - S y by (S - B1) times a change of half a turn
-// at most, and y itself is within half a turn.
+// An output that wraps is unwrapped together with z. For such an output a step moves z - S y by (S - B1) times a
+// change of at most half a turn, and y itself is within half a turn.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,8 @@ bool moves_linearly(const codegen::Model& model);
 /// Steps of one sample period. Outwards by what rounding can do, with the double A - I, B0, B1 that are exported.
 LatentHull reachable_latent(const codegen::Model& model);
 
-/// What the reference observer reaches by readings at their ends, chosen for each coordinate: a point of every hull.
+/// States that the reference observer reaches with readings at their limits, chosen for each coordinate. Every hull
+/// contains them.
 LatentHull reached_latent(const codegen::Model& model);
 
 }  // namespace nlo::trainer

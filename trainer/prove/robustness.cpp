@@ -27,7 +27,7 @@ using Eigen::VectorXd;
 
 constexpr Index kSlopePoints = 600;
 constexpr Index kMostCorners = 16;       // 2^16 of them
-constexpr double kTransientShare = 0.1;  // of the initial error
+constexpr double kTransientShare = 0.1;  // share of the initial error
 
 /// Every corner of the box [low, high], n x 2^n.
 MatrixXd corners(const VectorXd& low, const VectorXd& high) {
@@ -38,7 +38,7 @@ MatrixXd corners(const VectorXd& low, const VectorXd& high) {
   return result;
 }
 
-/// Of the plant's own class, or from its values at the size of `initial`.
+/// Linearity by the plant's class, or from its values at the size of `initial`.
 Linearity linearity_of(const Plant& plant, const MatrixXd& initial) {
   if (dynamic_cast<const LinearPlant*>(&plant) != nullptr) return {};
   const VectorXd size = initial.cwiseAbs().rowwise().maxCoeff();

@@ -21,7 +21,7 @@ struct RobustnessQuestion {
   double noise = 0.0;        ///< V: largest deviation of a sample of an output
   double disturbance = 0.0;  ///< w_bar: largest |w| on the state's derivative
   int trajectories = 100;    ///< simulated runs
-  std::uint64_t seed = 1;    ///< of the initial states, the noise and the disturbance
+  std::uint64_t seed = 1;    ///< seed of the initial states, the noise and the disturbance
   std::int64_t boxes = 0;    ///< LocalLipschitzOptions::boxes
   int threads = 1;           ///< does not change the result
 };

@@ -7,10 +7,10 @@
 //   |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)     (19)
 //   |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps
 //
-// These are the first half of the proof; (19), for x~ = T_k*(z); and the remark, for the learned x_hat.
+// The lines are the first half of the proof; (19), for x~ = T_k*(z); and the remark, for the learned x_hat.
 //
-// Where (19) is loose, or claims what does not hold:
-//  - L_T and L_Tx are those of k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
+// (19) is loose or wrong in these points:
+//  - L_T and L_Tx belong to k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
 //    not the derivatives: on the undamped oscillator it fails for every k > 1. L_Tk <= k^n_z L_T is claimed for k large
 //    enough (theorem 4.1 of the paper's source), and is far too big where it holds. Both are checked for each k and
 //    reported.
@@ -42,10 +42,10 @@ struct ErrorBound {
   double transient_s(double initial_latent_error, double level) const;
 };
 
-/// What Proposition 2 assumes, of k = 1.
+/// The assumptions of Proposition 2 for k = 1.
 struct Proposition2 {
   Eigen::Index nx = 0, nz = 0;  ///< n_z: all rows of D, clocks included
-  double lambda_max = 0.0;      ///< of D [1/s]
+  double lambda_max = 0.0;      ///< largest real part of D's eigenvalues [1/s]
   double l_t = 0.0;             ///< |x1 - x2| <= L_T |T(x1) - T(x2)|
   double l_tx = 0.0;            ///< |dT/dx| <= L_Tx
 };
@@ -57,7 +57,7 @@ ErrorBound bound_19(const Proposition2& proposition, double k, double w_bar, dou
 /// columns' norms.
 double injected_bound(const Eigen::MatrixXd& injection, const Eigen::VectorXd& v);
 
-/// The same of one mode.
+/// Bound for one mode.
 double injected_bound(const LatentMode& mode, const Eigen::VectorXd& v);
 
 /// Largest |row of dT/dx| per mode (a pair: spectral norm of its two rows), taken elementwise with what is in `largest`

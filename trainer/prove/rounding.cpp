@@ -30,7 +30,7 @@ bool is_above(double t, const Eigen::MatrixXd& g) {
   return g.rows() <= kSmall ? is_above<Small>(t, g) : is_above<Eigen::MatrixXd>(t, g);
 }
 
-/// What t of is_above() proves of the eigenvalues of g, n x n.
+/// The bound of the eigenvalues of g, n x n, that a successful is_above(t) proves.
 double proven(double t, Eigen::Index n) {
   const auto size = static_cast<double>(n);
   return upward(t * (1.0 + 2.0 * size * (size + 2.0) * kUnit), 3);
@@ -45,7 +45,7 @@ double raised_trace(const Eigen::MatrixXd& m) {
   return upward(m.squaredNorm(), m.size());
 }
 
-/// Of two rows, or two columns.
+/// Norm of a matrix with two rows or two columns.
 template <class First, class Second>
 double norm_of_two(const First& a, const Second& b, double of_gram) {
   const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b), half = 0.5 * (aa - bb);
@@ -104,7 +104,7 @@ double norm_above(const Eigen::MatrixXd& m, double at_least) {
 }
 
 double rough_norm_above(const Eigen::MatrixXd& m) {
-  constexpr double kStep = 1.003;  // of the norm's square
+  constexpr double kStep = 1.003;  // factor of the norm's square
   constexpr int kTries = 4;
   constexpr Eigen::Index kFew = 4;
   const Eigen::Index n = std::min(m.rows(), m.cols());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What rounding can do to a computation in double: the constants and the few steps that a bound needs to hold for the
-// real numbers, not only for those that were computed. Nothing switches the processor's direction of rounding: bounds
-// are computed to nearest and then raised by more than all of their roundings together (Higham, Accuracy and Stability
-// of Numerical Algorithms, 2002, chapter 3: in any order of the sums, with or without fused multiply-adds).
+// Rounding errors of computations in double: constants and functions by which a computed bound holds for the real
+// numbers. The processor's rounding mode is not changed. Bounds are computed to nearest and then raised by more than
+// all of their roundings together (Higham, Accuracy and Stability of Numerical Algorithms, 2002, chapter 3: in any
+// order of the sums, with or without fused multiply-adds).
 //
 // Assumed: IEEE doubles, no -ffast-math, no overflow (a bound is then infinite, which holds), and functions of the
 // standard library that are within kLibraryUlps of the real ones (glibc documents 2 for tanh and exp).
@@ -47,7 +47,7 @@ inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::Matr
 /// less work where that is it.
 double norm_above(const Eigen::MatrixXd& m, double at_least = 0.0);
 
-/// The same within a per cent, in a fifth of the time for matrices of more than a few rows and columns.
+/// Bound of the norm within a per cent, in a fifth of the time for matrices of more than a few rows and columns.
 double rough_norm_above(const Eigen::MatrixXd& m);
 
 /// At least the square root of the sum of squares of all entries.

@@ -26,12 +26,12 @@ class StateRegion {
   const StateBox& box() const { return box_; }
   int per_state() const { return per_state_; }
   std::vector<StateBox> cells() const;
-  /// Where each of cells() stands, counted from the box's lowest corner, n_x each.
+  /// Place of each of cells(), counted from the box's lowest corner, n_x each.
   std::vector<Eigen::VectorXi> places() const;
   /// Which of cells() x lies in; -1: it is not in the region.
   Eigen::Index cell_of(const Eigen::VectorXd& x) const;
   bool contains(const Eigen::VectorXd& x) const { return cell_of(x) >= 0; }
-  /// Of the box.
+  /// Share of the box that the region fills.
   double share() const;
 
   /// `per_cell` points of each cell, n_x x N: its centre, then drawn ones.
@@ -44,7 +44,8 @@ class StateRegion {
 
   StateBox box_;
   int per_state_;
-  std::vector<Eigen::Index> rank_;  ///< of each cell of the box among cells(), or -1; the first state goes fastest
+  /// Place of each cell of the box among cells(), or -1; the first state goes fastest.
+  std::vector<Eigen::Index> rank_;
 };
 
 }  // namespace nlo::trainer

@@ -32,9 +32,9 @@ using Vector = Eigen::VectorXd;
 struct Examined {
   StateBox box;
   Vector bound;   ///< n_x
-  Vector centre;  ///< what is left of it when the box is a point
-  Vector moved;   ///< what the width of the box adds to the bound, of each state: n_x
-  Vector bent;    ///< what T* leaves its tangent by adds, n_x
+  Vector centre;  ///< the bound for a box that is a point
+  Vector moved;   ///< part of the bound by the width of the box, n_x
+  Vector bent;    ///< part by the distance of T* from its tangent, n_x
   Eigen::Index split = 0;
   int pieces = 1;  ///< in which T* was looked at there
   double urgency = 0.0;
@@ -75,7 +75,7 @@ class Proof {
  private:
   /// Cells are halved while the polynomials over them have more than the least that any has, to be worth it.
   void bound_residual() {
-    constexpr double kEnough = 1e-5;  // of F y
+    constexpr double kEnough = 1e-5;  // share of F y
     constexpr int kMostHalvings = 6;
     std::vector<StateBox> left = region_.cells();
     for (int halving = 0; !left.empty(); ++halving) {
@@ -153,7 +153,7 @@ class Proof {
     InputBox around{Vector::Zero(nx + nz + ny), Vector::Zero(nx + nz + ny)};
     around.centre.segment(nx, nz) = axes_.transpose() * z;
     around.centre.tail(ny) = y;
-    // What the lines through the centre leave out of T~ and h, and rounding.
+    // Distance of T~ and h from their tangents at the centre, and rounding.
     const Vector beside = map.bent + map.at_centre.radius() + map.slopes_at_centre.radius() * box.radius +
                           Vector::Constant(nz, gamma(4 * nz + 16) * (1.0 + z.norm()));
     const Vector h_beside = h_bent(plant, h_slopes) * box.radius + at.rates[0].radius() +
@@ -286,7 +286,7 @@ class Proof {
   std::unique_ptr<ForwardSpline> spline_;
   Matrix axes_;        ///< orthogonal: z - T~(x) = axes g
   Vector reach_;       ///< |g|
-  Vector importance_;  ///< of the states' errors beside one another, 1 / their sizes
+  Vector importance_;  ///< weights of the states' errors, 1 / their sizes
 };
 
 }  // namespace

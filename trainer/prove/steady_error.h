@@ -27,11 +27,11 @@ struct SteadyQuestion {
 };
 
 struct SteadyError {
-  Eigen::VectorXd bound;          ///< of |x_hat_i - x_i|, n_x
+  Eigen::VectorXd bound;          ///< bound of |x_hat_i - x_i|, n_x
   Eigen::VectorXd approximation;  ///< the same without noise and disturbance: |T*(T(x)) - x| of any T that solves (5)
   Eigen::MatrixXd where;          ///< n_x x n_x: column i is the centre of the box that makes bound(i)
-  double residual = 0.0;          ///< of (5), the largest row over the size of F y: proven
-  std::int64_t boxes = 0;         ///< that were looked at
+  double residual = 0.0;          ///< proven residual of (5): the largest row over the size of F y
+  std::int64_t boxes = 0;         ///< number examined
 };
 
 /// `states` tell T~ which of the maps that solve (5) to be. The model is a KKL observer without inputs. Throws

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 struct SteadyFound {
   Eigen::VectorXd error;          ///< the largest |x_hat_i - x_i|, n_x
   Eigen::VectorXd approximation;  ///< the same without noise and disturbance: over all states there, too
-  int runs = 0;                   ///< that stayed in the region
+  int runs = 0;                   ///< number of runs that stayed in the region
 };
 
 /// From `starts` (n_x x N), states in the region, each for as long as the observer remembers.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a plant and its observer are once both have settled.
+// The states of a plant and its observer after both have settled.
 #pragma once
 
 #include <Eigen/Core>

@@ -15,7 +15,7 @@ using codegen::Interval;
 
 constexpr std::size_t kProducts = 84;
 
-/// Where t^power stands: products of rising total degree.
+/// Places of the products t^power, ordered by rising total degree.
 struct Places {
   std::array<TaylorModel::Powers, kProducts> powers{};
   std::array<std::array<std::array<std::size_t, TaylorModel::kOrder + 1>, TaylorModel::kOrder + 1>,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An exam: a task that others set. Our observers, filters that a careful engineer would tune, the simple thing, and
-// what others have published, each with its figure and what a sample costs.
+// An exam: a published benchmark. Rows for our observers, filters that a careful engineer would tune, a simple
+// estimator, and published results, each with its figure and the cost of a sample.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace nlo::trainer::reproduction {
 struct ExamRow {
   std::string name;
   std::vector<double> values = {};       ///< ours, one for each training seed; one where nothing is drawn
-  std::optional<double> published = {};  ///< of others, on their own test
+  std::optional<double> published = {};  ///< published by others for their own test
   std::optional<double> multiply_adds = {};
 };
 

@@ -28,8 +28,8 @@ namespace nlo::trainer::reproduction {
 namespace {
 
 constexpr std::uint64_t kRunsSeed = 1;
-constexpr double kNormsFromS = 5.0;  // of the reading by norms
-constexpr double kNoiseShare = 0.1;  // of the output's RMS
+constexpr double kNormsFromS = 5.0;  // start of the interval for norms
+constexpr double kNoiseShare = 0.1;  // share of the output's RMS
 constexpr int kRunsShare = 2;        // 100 runs a cell where the paper's protocol has 200
 constexpr int kRivalsRuns = 12;
 constexpr double kTheirs = 125'000.0;  // multiply-adds
@@ -120,10 +120,10 @@ Contender contender(const Workbench& bench, const BenchmarkPlant& plant, const I
   return cell;
 }
 
-/// What knows the plant, and what knows nothing, without a training: tuned and fitted on training runs.
+/// Estimators without a training: an EKF that knows the plant, and a ridge. They are tuned and fitted on training runs.
 struct Rivals {
   EstimatorFactory ekf, ridge;
-  double multiply_adds = 0.0;  ///< of the EKF
+  double multiply_adds = 0.0;  ///< cost of the EKF
 };
 
 Rivals rivals_of(const Experiment& experiment) {

@@ -22,7 +22,7 @@ struct DrivenInput {
   double operator()(double time_s) const;
 };
 
-/// What a run's input is drawn from, uniformly. A constant has `sign`: A is negated in every other run or so.
+/// Ranges from which a run's input is drawn, uniformly. A constant has `sign`: A is negated in about every other run.
 struct InputRange {
   const char* title;
   InputSignal kind = InputSignal::kZero;
@@ -55,7 +55,7 @@ Eigen::MatrixXd latin_hypercube(const SimulationConfig& simulation, Eigen::Index
 struct BenchmarkPlant {
   const char* title;
   const char* experiment;           ///< in trainer/experiments/
-  std::array<double, 3> low, high;  ///< where its n_x states start; training may start elsewhere
+  std::array<double, 3> low, high;  ///< range of the initial states, n_x; training may start elsewhere
   std::array<double, 4> published;  ///< the best SMAPE [%] of their two methods, by kKnownInputs; 0: there is none
 };
 

@@ -48,7 +48,7 @@ class LogExam {
  private:
   const Experiment& config() const { return bench_.experiment(experiment_); }
 
-  /// Of the last quantity: a direction stands behind the components that it is made of.
+  /// Error of the last quantity; a direction stands behind its components.
   static double error_of(const LogEntry& entry, std::size_t file) {
     return entry.metrics.files.at(file).states.back().rmse.front();
   }

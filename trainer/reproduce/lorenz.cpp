@@ -24,7 +24,7 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr std::uint64_t kFreshSeed = 2022;  // of the test alone
+constexpr std::uint64_t kFreshSeed = 2022;  // seed of the test alone
 constexpr Eigen::Index kSamples = 3000;
 constexpr double kLeadInS = 10.0;  // until a run is on the attractor
 constexpr int kFiner = 10;         // RK4 at .002 s is exact here; at .02 s it is what filters and trainings know
@@ -51,7 +51,7 @@ Dataset attractor_runs(const Experiment& experiment, SeedStream stream, Eigen::I
   return runs;
 }
 
-/// What filters are tuned on and the ridge is fitted on.
+/// Runs on which filters are tuned and the ridge is fitted.
 ComparedRuns tuning_runs(const Experiment& experiment, const NoiseConfig& noise, int count) {
   const auto plant = make_plant(*experiment.plant);
   ComparedRuns runs{attractor_runs(experiment, SeedStream::kTraining, count),
@@ -123,7 +123,7 @@ class LorenzExam {
     return decibels(evaluate("", factory, fresh_, noise_, kFreshSeed, bench_.threads));
   }
 
-  /// Of the mean over runs, samples and components.
+  /// Decibels of the mean over runs, samples and components.
   double decibels(const Evaluation& evaluation) const {
     const double norm = evaluation.metrics.norm;
     return 10.0 * std::log10(norm * norm / static_cast<double>(evaluation.states.size()));

@@ -30,7 +30,7 @@ class NumbersCsv {
   std::size_t seeds_ = 0;
 };
 
-/// Of all tables, each cell in both readings.
+/// CSV of all tables, each cell in both readings.
 std::string numbers_csv(const Section& section);
 
 /// Named columns of equal length.

@@ -2,8 +2,8 @@
 // The paper-like reading of measurement noise: plant and latent system are one ODE, integrated together by RK4, and
 // each of its four stages draws its noise anew,
 //   dx/dt = f(x),   dz/dt = D z + F (h(x) + v),   v fresh at every stage   (and likewise for (11) and (15)).
-// A step therefore feeds z with (v1 + 2 v2 + 2 v3 + v4) / 6, to first order in the step: noise of 10/36 of the variance
-// that a sensor read once per step and held over it would have. No sensor does this; code that calls an ODE solver on
+// To first order in the step, z therefore receives (v1 + 2 v2 + 2 v3 + v4) / 6. Its variance is 10/36 of the variance
+// of a sensor that is read once per step and held. No sensor behaves like this, but code that calls an ODE solver on
 // `D z + F (h(x) + noise())` does. Strict noise is in measurement_noise.h.
 #pragma once
 

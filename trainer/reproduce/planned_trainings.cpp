@@ -30,7 +30,7 @@ constexpr double kSecondsPerStepOnLogs = 0.01;
 constexpr double kFlopsPerWeight = 6.0;                          // forwards once, backwards twice
 constexpr double kFlopsPerSecondInSteps = 1e10, kOverhead = 40;  // small networks inside Runge-Kutta stages
 
-/// Of the hidden layers; the last one is small.
+/// Number of weights of the hidden layers; the last layer is small.
 double weights(double inputs, const std::vector<int>& hidden) {
   double count = 0.0;
   for (const int width : hidden) {

@@ -23,7 +23,7 @@ struct PlannedTraining {
   std::string logs = {};   ///< their folder; empty: it simulates
 };
 
-/// Those that the items train and nlo does not ship: "paper/...", "hyperkkl/...", "exams/...".
+/// The experiments that the items train and nlo does not ship: "paper/...", "hyperkkl/...", "exams/...".
 std::span<const ShippedExperiment> experiment_texts();
 
 /// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...).

@@ -19,9 +19,9 @@ namespace nlo::trainer::reproduction {
 struct Item {
   std::string_view name;           ///< on the command line, and of its CSV file: "table1", "figure-reg-traj"
   std::string_view example;        ///< "example1", "example2", "example3", "exams": the group it can be asked for by
-  std::string_view title;          ///< of its section
+  std::string_view title;          ///< title of its section
   std::string_view label;          ///< \label of the paper's figure or table, or where else the numbers are from
-  std::string_view paper_reports;  ///< what the paper shows and says
+  std::string_view paper_reports;  ///< the paper's figures and claims
   /// Names in trainer/experiments/paper/, or with their folder, or shipped with nlo; what is changed in one may follow,
   /// each change as " section.key=value".
   std::vector<std::string_view> experiments;

@@ -17,7 +17,7 @@ namespace {
 
 struct Interrupted {};
 
-/// What an item's analysis costs at this size, of what it costs in full.
+/// Time of an item's analysis at this size [s], from its time in full size.
 double analysis_cost_s(const Item& item, const Request& request) {
   return item.analysis_s * request.seeds / 3.0 * request.size.test_trajectories / kFullSize.test_trajectories;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an item of the paper comes to: numbers beside the paper's, figures, claims that held or did not. Data only;
-// page.cpp turns it into HTML and CSV.
+// The result of an item of the paper: numbers beside the paper's, figures, and claims with whether they hold. Data
+// only; page.cpp turns it into HTML and CSV.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct Spread {
   double mean = 0.0, deviation = 0.0;
 };
 
-/// Of values over training seeds; of none: NaN.
+/// Mean and spread of values over training seeds; NaN without values.
 Spread spread(const std::vector<double>& values);
 
 /// One number of the paper in both readings of the measurement protocol, one value per training seed.
@@ -62,7 +62,7 @@ struct Explanation {
 };
 
 struct Section {
-  std::string seen;  ///< what we see, in words made from the numbers
+  std::string seen;  ///< our observation, in words made from the numbers
   std::vector<ComparisonTable> tables;
   std::vector<Contest> contests;
   std::vector<ExamTable> exams;

@@ -70,7 +70,7 @@ std::string near_paper_text(const Section& section) {
                      cells - outside, cells, 100.0 * kTolerance);
 }
 
-/// The same eigenvalues, trained as the baseline is: pairs (z, x) without the transient.
+/// The column with these eigenvalues, trained as the baseline is: on pairs (z, x) without the transient.
 Column baseline(const Column& column) {
   static const std::map<std::string_view, std::string_view> kOf = {{"van_der_pol_fast", "van_der_pol_baseline_fast"},
                                                                    {"van_der_pol_mixed", "van_der_pol_baseline_mixed"},

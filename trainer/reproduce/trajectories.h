@@ -14,7 +14,7 @@ namespace nlo::trainer::reproduction {
 
 /// One curve of a figure: an observer, where it starts, and its runs with strict noise, one per training seed.
 struct Runs {
-  std::string title;  ///< of its panels: "{-5, -6, -7}"
+  std::string title;  ///< title of its panels: "{-5, -6, -7}"
   std::string key;    ///< prefix of its CSV columns: "fast"
   std::vector<EvaluatedRun> by_seed;
 };

@@ -11,7 +11,7 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr std::uint64_t kTestSeed = 1;  // of initial states and noise, whatever seed a model was trained with
+constexpr std::uint64_t kTestSeed = 1;  // seed of initial states and noise, for every training seed
 
 /// The error norm over t >= from_s; every instant of a simulation has the same number of samples.
 double norm_from(const ErrorMetrics& metrics, double from_s) {

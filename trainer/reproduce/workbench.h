@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an analysis works with: the trained models of its experiments, the size of the tests, and a way to say how far
-// it is.
+// The input of an analysis: the trained models of its experiments, the size of the tests, and a function for its
+// progress.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ namespace nlo::trainer::reproduction {
 /// How much is computed.
 struct Size {
   double steps = 1.0;           ///< share of the experiments' training steps
-  int test_trajectories = 200;  ///< of the protocol's test set
+  int test_trajectories = 200;  ///< size of the test set
   int map_points = 41;          ///< initial states per axis of a map
 };
 
@@ -34,12 +34,12 @@ constexpr Size kQuickSize{.steps = 0.25, .test_trajectories = 40, .map_points = 
 /// deviation), U(-3, 3).
 std::vector<NoiseConfig> paper_noises();
 
-/// What an observer is put to.
+/// A test of an observer.
 struct Trial {
   std::string_view experiment;
   Eigen::MatrixXd initial;               ///< n_x x n initial states
-  NoiseConfig noise = {};                ///< of the measurements
-  std::vector<std::string> inputs = {};  ///< what excites the plant, one expression over t per input; empty: nothing
+  NoiseConfig noise = {};                ///< noise of the measurements
+  std::vector<std::string> inputs = {};  ///< excitation of the plant, one expression over t per input; empty: none
   bool drive = true;                     ///< a driven observer may use phi(z) u (25)
 };
 
@@ -53,7 +53,7 @@ class Workbench {
   std::string data;  ///< folder of the folders of logs
   std::map<std::string, Experiment, std::less<>> experiments;
   std::map<ModelKey, codegen::Model> models;
-  std::function<void(double share)> progress;  ///< of the analysis, in [0, 1]; may throw to stop it
+  std::function<void(double share)> progress;  ///< progress of the analysis, in [0, 1]; may throw to stop it
 
   const Experiment& experiment(std::string_view name) const;
   const codegen::Model& model(std::string_view experiment, int seed) const;

@@ -14,7 +14,7 @@ namespace {
 volatile float estimated;
 volatile int status;
 
-/// What flies, the pointers to the models first of each.
+/// The objects that fly. Each begins with the pointer to its model.
 struct Flown {
   Observer observer{kModel};
 #if NLO_MONITORED

@@ -8,13 +8,13 @@ struct CalledObserver {
   int outputs, inputs;
   unsigned char* state;
   unsigned bytes;
-  float lowest, highest;           ///< of the first output
+  float lowest, highest;           ///< range of the first output
   float sample_period_s, longest;  ///< dt that it takes at most [s]
   unsigned pointer;
 };
 extern const CalledObserver called;
 
-/// What the calls are given. More than any observer has outputs or inputs.
+/// Arguments of the calls. The sizes exceed every observer's outputs and inputs.
 extern float call_y[16], call_u[16], call_dt_s;
 
 void call_step();

@@ -78,7 +78,7 @@ float duration() {
   }
 }
 
-/// What a call is given: the observer's state and the arguments.
+/// The input of a call: the observer's state and the arguments.
 struct Case {
   unsigned char state[kLargestState];
   float y[kMostValues], u[kMostValues], dt_s;
@@ -159,7 +159,7 @@ void move_some() {
 struct Call {
   const char* name;
   void (*run)();
-  std::uint32_t times = 1;  ///< that it is called to be compared
+  std::uint32_t times = 1;  ///< number of calls to compare
   std::uint32_t most = 0;   ///< ticks of them
   Case worst = {};
 };
