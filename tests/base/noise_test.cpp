@@ -15,7 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
-TEST(Noise, ReadsWhatElseASensorDoes) {
+TEST(Noise, ReadsFurtherPropertiesOfASensor) {
   const SensorNoise noise = parse_noise("student:0.5:3+outliers:0.05:10+bias:0.2+quantised:0.25").of(0);
   EXPECT_EQ(noise.kind, NoiseKind::kStudent);
   EXPECT_EQ(noise.scale, 0.5);
@@ -61,7 +61,7 @@ TEST(Noise, BurstsOfMissingSamplesAddUpToTheirShare) {
   EXPECT_EQ(outage_odds({0.2, 0.0}).goes_on, 0.2) << "each sample by itself";
 }
 
-TEST(Noise, RefusesTimesThatCannotBe) {
+TEST(Noise, RefusesImpossibleTimes) {
   for (const auto& [text, why] : {std::pair{"none+delay:3:1", "least is above its most"},
                                   {"none+delay", "has no scale"},
                                   {"none+delay:20000", "above 10000 samples"},
@@ -74,7 +74,7 @@ TEST(Noise, RefusesTimesThatCannotBe) {
   }
 }
 
-TEST(Noise, ReadsItsThreeForms) {
+TEST(Noise, ReadsItsThreeNotations) {
   EXPECT_EQ(parse_noise("none"), (NoiseConfig{NoiseKind::kNone, 0.0}));
   EXPECT_EQ(parse_noise("gaussian:0.5"), (NoiseConfig{NoiseKind::kGaussian, 0.5}));
   EXPECT_EQ(parse_noise("uniform:3"), (NoiseConfig{NoiseKind::kUniform, 3.0}));

@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-TEST(ThreadPool, RunsEachTaskOnceWhateverTheNumbersOfTasksAndThreads) {
+TEST(ThreadPool, RunsEachTaskOnceForAnyNumberOfTasksAndThreads) {
   for (const int threads : {1, 2, 3, 8}) {
     ThreadPool pool(threads);
     EXPECT_EQ(pool.threads(), threads);
@@ -101,7 +101,7 @@ TEST(ThreadPoolDeathTest, WhereThreadsAreRefusedItWorksOnThoseThatThereAreAndSay
       ::testing::ExitedWithCode(0), "^nlo: works on [0-9]+ of 1024 threads \\(.*\\); the result .*later\nthe end");
 }
 
-TEST(ThreadPoolDeathTest, ANumberOfThreadsThatNoMemoryHoldsIsRefusedLikeAnyOther) {
+TEST(ThreadPoolDeathTest, RefusesANumberOfThreadsThatExceedsMemory) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

@@ -31,7 +31,7 @@ TEST(Distribution, QuantilesAreThoseOfAllValues) {
   EXPECT_EQ(durations.quantile_ns(1.0), 1000.0);
 }
 
-TEST(Distribution, LeavesOutWhatItHasNoRoomForAndTheRoomItDoesNotNeed) {
+TEST(Distribution, DropsExcessValuesAndUnusedRoom) {
   Distribution small("small", 2), empty("empty", 5);
   for (const int value : {5, 3, 9}) small.add(value);
   small.sort();

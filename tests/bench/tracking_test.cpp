@@ -74,14 +74,14 @@ TEST(Collect, TakesTheMedianOfEachBenchmarksRuns) {
   EXPECT_EQ(result.at("machine"), kMachine);
 }
 
-TEST(Collect, RefusesRunsOfTwoBuildsAndWhatIsNoRun) {
+TEST(Collect, RefusesRunsOfTwoBuildsAndFilesThatAreNoRun) {
   EXPECT_THROW(collect({run_of("some", {{"a", 1.0}}), run_of("some", {{"a", 1.0}}, "-O0")}, kMachine),
                std::runtime_error);
   EXPECT_THROW(collect({Json{{"ratios", {}}}}, kMachine), std::runtime_error);
   EXPECT_THROW(collect({Json::array()}, kMachine), std::runtime_error);
 }
 
-TEST(Compare, FlagsWhatFellByMoreThanTheToleranceAndNothingElse) {
+TEST(Compare, FlagsOnlyRatiosThatFellByMoreThanTheTolerance) {
   const Json before = result_of({{"a / b", 2.0}, {"c / d", 1.0}});
   EXPECT_EQ(compare(before, before, 0.1).fallen, 0);
   EXPECT_EQ(compare(before, result_of({{"a / b", 1.81}, {"c / d", 9.0}}), 0.1).fallen, 0);
@@ -91,7 +91,7 @@ TEST(Compare, FlagsWhatFellByMoreThanTheToleranceAndNothingElse) {
   EXPECT_EQ(compare(before, result_of({{"a / b", 1.79}, {"c / d", 1.0}}), 0.2).fallen, 0);
 }
 
-TEST(Compare, MissesWhatIsNoLongerMeasuredAndNamesWhatIsNew) {
+TEST(Compare, ListsMissingAndNewRatios) {
   const Comparison result = compare(result_of({{"a / b", 2.0}}), result_of({{"c / d", 1.0}}), 0.1);
   EXPECT_EQ(result.missing, 1);
   EXPECT_EQ(result.fallen, 0);
@@ -100,7 +100,7 @@ TEST(Compare, MissesWhatIsNoLongerMeasuredAndNamesWhatIsNew) {
   EXPECT_EQ(compare(result_of({{"a / b", 2.0}}), empty, 0.1).missing, 1) << "a whole benchmark is gone";
 }
 
-TEST(Compare, SaysWhatElseChanged) {
+TEST(Compare, NamesOtherChangesOfTheMachine) {
   Json now = result_of({{"a / b", 2.0}});
   EXPECT_THAT(compare(now, now, 0.1).differences, "");
   const Json before = now;
@@ -110,7 +110,7 @@ TEST(Compare, SaysWhatElseChanged) {
               AllOf(HasSubstr("Abacus 9 before, Slide rule now"), HasSubstr("some, flags: -O3 before, -O0 now")));
 }
 
-TEST(Markdown, HasARowPerRatioAndSaysWhetherItMeetsWhatIsAsked) {
+TEST(Markdown, HasARowPerRatioThatSaysWhetherItMeetsItsTarget) {
   EXPECT_THAT(markdown(result_of({{"a / b", 2.0}, {"c | d", 3.25}})),
               AllOf(HasSubstr("Abacus 9, 2 cores"), HasSubstr("| a / b | 2.00 (2.00 to 2.00) | 2.00, met |"),
                     HasSubstr("| c \\| d | 3.25")));
@@ -132,7 +132,7 @@ TEST_F(Files, ExitCodesAreOneForAFallAndTwoForMisuse) {
   EXPECT_EQ(compare(before + ' ' + good + " --tolerance 10%"), 2);
 }
 
-TEST_F(Files, WhatABenchmarkWritesIsCollectedAndTabulatedInADocument) {
+TEST_F(Files, ResultsOfABenchmarkAreCollectedAndTabulatedInADocument) {
   const std::string file = path("run.json");
   std::string arguments[] = {"bench", "--json", file, "7"};
   char* argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), arguments[3].data(), nullptr};
@@ -150,7 +150,7 @@ TEST_F(Files, WhatABenchmarkWritesIsCollectedAndTabulatedInADocument) {
   EXPECT_EQ(compare("--write " + path("result.json") + ' ' + write("plain.md", "no marks\n")), 2);
 }
 
-TEST_F(Files, ARatioThatIsNoneIsNotWritten) {
+TEST_F(Files, ARatioThatIsNotFiniteIsNotWritten) {
   std::string arguments[] = {"bench", "--json", path("run.json")};
   char* argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
   int argc = 3;

@@ -140,7 +140,7 @@ TEST(CInterface, CopiesAndRestoredObserversGoOnWithTheSameBits) {
   }
 }
 
-TEST(CInterface, WhatIsNotASavedStateIsRefusedAndChangesNothing) {
+TEST(CInterface, ABadSavedStateIsRefusedAndChangesNothing) {
   for (const Model& m : structure_models()) {
     SCOPED_TRACE(m.name);
     const Tried tried(m);

@@ -72,7 +72,7 @@ void expect_reference_bits(const Model& m, const Flown& flown) {
   }
 }
 
-TEST(StepMemory, IsAllThatALoopTakesWhateverTheStructure) {
+TEST(StepMemory, ALoopAllocatesNothingElseForAnyStructure) {
   std::vector<Model> models = example_models();
   models.push_back(mixed_model());
   for (const Model& m : models)
@@ -89,7 +89,7 @@ TEST(StepMemory, IsAllThatALoopTakesWhateverTheStructure) {
     }
 }
 
-TEST(StepMemory, IsOfTheObserverAndNotOfTheThreadThatMadeIt) {
+TEST(StepMemory, BelongsToTheObserverAndNotToItsThread) {
   const Model m = rig_model();
   ModelPointer model = loaded(to_json(m));
   ObserverPointer first(nlo_observer_create(model.get(), NLO_FLOAT)), second(nlo_observer_copy(first.get()));
@@ -131,7 +131,7 @@ TEST(StepMemory, ARefusalInALoopHarmsNothing) {
 }
 
 /// The control: what the library takes is seen.
-TEST(StepMemory, TheTrapSeesWhatTheLibraryTakesOutsideOfALoop) {
+TEST(StepMemory, ControlTheTrapSeesAllocationsOutsideOfALoop) {
   const Model m = tiny_model();
   const ModelPointer model = loaded(to_json(m));
   const double y[3] = {0.1, 0.2, 0.3};

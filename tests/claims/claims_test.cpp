@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Claims, InterruptedTheyGoOnWithWhatIsTrained) {
+TEST(Claims, ContinueAfterAnInterruptionWithTheFinishedTrainings) {
   const Scratch scratch;
   scratch.write("ledger.toml", R"toml(
 [[experiment]]

@@ -61,7 +61,7 @@ std::string with(std::string text, const std::string& old, const std::string& by
   return text;
 }
 
-TEST(Ledger, ReadsBackWhatItWrites) {
+TEST(Ledger, ReadsItsOwnText) {
   const std::string written = write_ledger(read_ledger(kText, "ledger.toml"));
   EXPECT_EQ(write_ledger(read_ledger(written, "again")), written);
   for (const char* part : {"value = 0.1", "at_least = 0.99", "slow = true", "set = [\"training.steps=7\"]",
@@ -113,7 +113,7 @@ TEST(Ledger, ASpreadThatRoundsToZeroIsNotShown) {
   EXPECT_EQ(figure_text(claim), "not measured");
 }
 
-TEST(Ledger, TablesReplaceWhatStandsBetweenTheirMarkers) {
+TEST(Ledger, TablesReplaceTheTextBetweenTheirMarkers) {
   const Ledger ledger = read_ledger(kText, "ledger.toml");
   const std::string page = "# Page\n<!-- results rig -->\nold\n<!-- end of results -->\nrest\n";
   const std::string now = with_tables(ledger, "page.md", page);

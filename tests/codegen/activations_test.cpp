@@ -84,7 +84,7 @@ TEST(Activations, NamesInWordsAreThoseThatCanBeTrained) {
   EXPECT_EQ(words, names);
 }
 
-TEST(Activations, WhatIsNotTrainedHasNoTrainingCode) {
+TEST(Activations, AnUntrainedActivationHasNoTrainingCode) {
   const auto name = [](auto kind) { return activation_row(kind()).name; };
   EXPECT_EQ(with_activation(Activation::kTanh5e6, name), "tanh5e6");
   EXPECT_EQ(with_trained_activation(Activation::kSilu, name), "silu");
@@ -175,7 +175,7 @@ void expect_arrays(const ActivationRow& row, double tolerance) {
   }
 }
 
-TEST_P(EachActivation, ArraysAreWhatNumbersAre) {
+TEST_P(EachActivation, ArraysEqualSingleNumbers) {
   expect_arrays<double>(row(), 1e-14);
   expect_arrays<float>(row(), 1e-6);  // Eigen's own tanh and exp
 }

@@ -158,7 +158,7 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
   EXPECT_THAT(header, Not(HasSubstr("\n#error")));
 }
 
-TEST(CppHeader, RefusesWhatFloatCannotHold) {
+TEST(CppHeader, RefusesNumbersBeyondFloat) {
   Model m = luenberger_model();  // where readings lead z is not bounded ahead: the runtime looks at each step
   Network& g = std::get<Luenberger>(m.structure).nonlinearity;
   g.layers[0].weights(2, 1) = 1e39;
@@ -210,7 +210,7 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
     EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
 }
 
-TEST(CppHeader, CommentsKeepWhatIsPlainAndNothingThatCouldEndThem) {
+TEST(CppHeader, CommentsKeepPlainTextAndDropCharactersThatEndThem) {
   EXPECT_EQ(safe_comment("azAZ09 .,:;()[]+-=_/%<>^*|'#@&~", 100), "azAZ09 .,:;()[]+-=_/%<>^*|'#@&~");
   EXPECT_EQ(safe_comment("a\\\n?\t`{\xc3\xa9", 100), "a________");
   EXPECT_EQ(safe_comment("abc", 2), "ab");

@@ -70,7 +70,7 @@ TEST_F(Directory, HasItsFilesInTheirFolders) {
   EXPECT_EQ(beside(), 1);
 }
 
-TEST_F(Directory, ReplacesWhatItHasMade) {
+TEST_F(Directory, ReplacesItsOwnFolder) {
   write_directory_atomically(path("lib"), {{"old.txt", "old"}, {"src/b.txt", "B"}});
   fs::remove(path("lib/src/b.txt"));
   EXPECT_EQ(refusal("lib"), "none");
@@ -79,7 +79,7 @@ TEST_F(Directory, ReplacesWhatItHasMade) {
   EXPECT_EQ(beside(), 1);
 }
 
-TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
+TEST_F(Directory, KeepsFilesThatSomebodyElseMadeOrChanged) {
   fs::create_directory(path("theirs"));
   write_file_atomically(path("theirs/thesis.tex"), "years of work");
   EXPECT_THAT(refusal("theirs"), HasSubstr("not made by nlo"));
@@ -132,7 +132,7 @@ TEST_F(Directory, IsThereWholeAtEveryMomentWhileTwoWritersReplaceIt) {
   EXPECT_EQ(beside(), 1) << "a writer has left a folder";
 }
 
-TEST_F(Directory, WhatKilledExportsHaveLeftIsRemovedAndNothingElse) {
+TEST_F(Directory, OnlyLeftoversOfKilledExportsAreRemoved) {
   fs::create_directories(path("lib.nlo-ab12CD/src"));
   write_file_atomically(path("lib.nlo-ab12CD/src/half.c"), "int ha");
   fs::create_directory(path("lib.nlo-inuse1"));
@@ -165,7 +165,7 @@ class File : public testing::Test {
   ScratchDirectory folder_;
 };
 
-TEST_F(File, ReadsWhatWasWritten) {
+TEST_F(File, ReadsItsOwnBytes) {
   const std::string bytes("a\0b\r\n", 5);
   write_file_atomically(path("x"), bytes);
   EXPECT_EQ(read_file(path("x")), bytes);
@@ -211,7 +211,7 @@ TEST_F(File, WritesThroughALinkToAFileThatIsNotThereYet) {
 }
 
 /// 187 kills had left 74 of them.
-TEST_F(File, WhatAKilledProgramHasLeftGoesWithTheNextWriting) {
+TEST_F(File, TheNextWriteRemovesLeftoversOfAKilledProgram) {
   write_file_atomically(path("x"), "1");
   std::ofstream(path("x.nlo-ab12CD")) << "ha";
   std::ofstream(path("x.nlo-inuse1")) << "ha";
@@ -224,7 +224,7 @@ TEST_F(File, WhatAKilledProgramHasLeftGoesWithTheNextWriting) {
   EXPECT_EQ(read_file(path("x")), "2");
 }
 
-TEST_F(File, IsRewrittenOnlyAsLongAsItIsWhatWasRead) {
+TEST_F(File, IsRewrittenOnlyIfUnchangedSinceItWasRead) {
   write_file_atomically(path("x"), "read");
   rewrite_file_atomically(path("x"), "read", "rewritten");
   EXPECT_EQ(read_file(path("x")), "rewritten");

@@ -75,7 +75,7 @@ TEST(ExportError, OfASmallDomainIsOverAsMany) {
   EXPECT_GE(error_in(m, ScalarType::kInt16).samples, 10000);
 }
 
-TEST(ExportError, OverTooFewSamplesIsAnErrorWithItsMend) {
+TEST(ExportError, TooFewSamplesAreAnErrorWithItsRemedy) {
   Model m = tiny_model();
   m.latent_min = Eigen::Vector2d(0.5, -0.9).cwiseProduct(m.latent_max);  // y cannot be high and low at once
   m.latent_max = Eigen::Vector2d(0.6, -0.8).cwiseProduct(m.latent_max);
@@ -90,7 +90,7 @@ TEST(ExportError, CountsTheSamplesOfRecordedFlights) {
   EXPECT_THAT(error_table(PreparedExport(m)), HasSubstr("12,000 of flights that training recorded"));
 }
 
-TEST(ExportError, OfFlightsRefusesWhatTheTonesOfAReplayPassed) {
+TEST(ExportError, OnFlightsRefusesAModelThatPassesOnTones) {
   const Model m = flown(activation_model("tanh"), 24, 500);
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
@@ -157,7 +157,7 @@ TEST(ErrorLimits, BadOnesAreRefused) {
   EXPECT_THAT(error_of("x1=1,x1=2"), HasSubstr("given twice"));
 }
 
-TEST(ErrorLimits, BeyondThemTheStateTheErrorAndTheMendAreNamed) {
+TEST(ErrorLimits, ARefusalNamesTheStateTheErrorAndTheRemedy) {
   const Model m = paper_model();
   ExportOptions options;
   options.scalar = ScalarType::kInt16;

@@ -45,7 +45,7 @@ std::string refusal(const char* text) {
   return "taken";
 }
 
-TEST(Expression, MeansWhatItsArithmeticSays) {
+TEST(Expression, EvaluatesByTheRulesOfArithmetic) {
   EXPECT_EQ(value("a*b", 3.0, 4.0, 0.0), 12.0);
   EXPECT_EQ(value("a - b - c", 1.0, 2.0, 4.0), -5.0);  // from the left
   EXPECT_EQ(value("a - (b - c)", 1.0, 2.0, 4.0), 3.0);
@@ -130,7 +130,7 @@ TEST(Expression, OfEquationsDividesAndNamesFunctions) {
   EXPECT_NE(refused("sin(a").find("expected \")\""), std::string::npos);
 }
 
-TEST(Expression, EvaluatesWhatIsSharedOnce) {
+TEST(Expression, EvaluatesSharedPartsOnce) {
   std::vector<Expression> all;
   for (const char* text : {"sin(a) * cos(b) - (a + b)^2", "sin(a) / (a + b) - b^2", "c"})
     all.emplace_back(text, kNames, kFunctions);
@@ -199,7 +199,7 @@ TEST(Expression, HasTheParityOfItsProducts) {
   }
 }
 
-TEST(ComputedOutputs, AreRowsBehindTheMeasuredOnesWhateverStoodThere) {
+TEST(ComputedOutputs, OverwriteTheRowsBehindTheMeasuredOnes) {
   const ComputedOutputs computed({{"a", "", 0.0}, {"b", "", 0.0}, {"p", "", 0.0, "a * u - b"}}, {{"u", "", 0.0}});
   Eigen::MatrixXd outputs(3, 2);
   outputs << 1.0, 2.0, 3.0, 4.0, 99.0, 99.0;
@@ -267,7 +267,7 @@ TEST(Literal, IsTheShortest) {
   EXPECT_EQ(literal(100000.0), "1e+05");
 }
 
-TEST(Literal, RefusesWhatIsNotFinite) {
+TEST(Literal, RefusesNumbersThatAreNotFinite) {
   EXPECT_THROW(literal(std::numeric_limits<float>::quiet_NaN()), Error);
   EXPECT_THROW(literal(-std::numeric_limits<double>::infinity()), Error);
 }

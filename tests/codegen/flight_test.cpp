@@ -25,13 +25,13 @@ Eigen::VectorXi integers(std::initializer_list<int> values) {
   return Eigen::Map<const Eigen::VectorXi>(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
 
-TEST(Vlq, IsThatOfSourceMaps) {
+TEST(Vlq, EqualsTheCodeOfSourceMaps) {
   // Differences 0, 1, -1, 15, 16, -16: the table of the source map proposal (revision 3) by hand.
   EXPECT_EQ(to_vlq(integers({0, 1, 0, 15, 31, 15})), "ACDegBhB");
   EXPECT_EQ(to_vlq({}), "");
 }
 
-TEST(Vlq, ComesBackWhateverTheSteps) {
+TEST(Vlq, DecodesItsOwnCodeForAnySteps) {
   const int most = std::numeric_limits<int>::max();
   for (const auto& values : {integers({}), integers({7}), integers({0, most, -most, most, 0, -1}),
                              integers({16, -16, 511, 512, -512, 16383, 16384, -16384})}) {
@@ -41,7 +41,7 @@ TEST(Vlq, ComesBackWhateverTheSteps) {
   }
 }
 
-TEST(Vlq, WhatIsNoneIsRefused) {
+TEST(Vlq, BadCodeIsRefused) {
   for (const char* text : {"A B", "g", "Ag", "\xff", "gggggggA", "A=", "\n"})
     EXPECT_FALSE(from_vlq(text, 1 << 24).has_value()) << text;
   EXPECT_TRUE(from_vlq(to_vlq(integers({1 << 24})), 1 << 24).has_value());
@@ -99,7 +99,7 @@ std::string refusal(const std::string& find, const std::string& replace, const M
   return thrown_message([&] { parse_model(json, "m.json"); });
 }
 
-TEST(FlightInModelFile, WhatIsBrokenNamesItsField) {
+TEST(FlightInModelFile, ABrokenFieldIsNamed) {
   const Model m = flown(rig_model(), 2, 50), driven = flown(driven_model(), 2, 50);
   EXPECT_EQ(refusal("\"runs\"", "\"runs\"", m), "no error");
   EXPECT_THAT(refusal("\"runs\"", "\"run\"", m), HasSubstr("m.json: flight.\"run\": unknown field"));

@@ -44,7 +44,7 @@ double error_with(const PreparedExport& plain, const ExportOptions& options) {
   return plain.with(options).error().max.maxCoeff();
 }
 
-TEST(Rounded, IsWhatTheRuntimeMakesOfEveryFloat) {
+TEST(Rounded, EqualsTheRuntimesRoundingOfEveryFloat) {
   std::mt19937 random(1);
   for (int k = 0; k < 1000000; ++k) {
     const auto single = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
@@ -105,7 +105,7 @@ std::string refusal_of(const Model& model, const ExportOptions& options,
   return thrown_message([&] { text(PreparedExport(model, options)); });
 }
 
-TEST(HalfWeights, BeyondTheirRangeNameTheLayerAndTheMend) {
+TEST(HalfWeights, BeyondTheirRangeNameTheLayerAndTheRemedy) {
   Model m = tiny_model();
   inverse_map(m)->layers[1].weights(0, 2) = 1e5;
   for (const auto text : {cpp_header, replay})
@@ -167,7 +167,7 @@ TEST(CheapestTanh, IsTheSameInEveryTargetAndSaysWhy) {
       << "C99 has the most accurate one";
 }
 
-TEST(CheapestTanh, IsLeftAloneWhereThereIsNothingToChoose) {
+TEST(CheapestTanh, StaysUnchangedWithoutAChoice) {
   ExportOptions in_double;
   in_double.scalar = ScalarType::kDouble;
   EXPECT_EQ(PreparedExport(tiny_model(), in_double, "1").options().tanh, Activation::kTanh);

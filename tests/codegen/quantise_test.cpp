@@ -135,7 +135,7 @@ std::string error_of(const Model& m) {
   return thrown_message([&] { expect_no_overflow(quantise(m, fold(m)).map); });
 }
 
-TEST(Quantise, SaysWhatItSupports) {
+TEST(Quantise, NamesTheSupportedModels) {
   EXPECT_THAT(error_of(driven_model()), HasSubstr("driven_kkl; export with --scalar float"));
   EXPECT_THAT(error_of(luenberger_model()), HasSubstr("structure kkl"));
   Model large = activation_model("silu");

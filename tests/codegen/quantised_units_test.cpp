@@ -55,7 +55,7 @@ TEST(QuantisedUnits, EmulationHasTheBitsOfTheRuntime) {
   expect_same_bits<32, 3>();
 }
 
-TEST(QuantisedUnits, WhatABitHasSpoiltStaysToBeSeen) {
+TEST(QuantisedUnits, ABitFlipStaysVisible) {
   constexpr auto kModel = bench::random_quantised_gated_model<16>();
   SampledObserver<std::remove_const_t<decltype(kModel)>> observer{kModel};
   ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);

@@ -164,7 +164,7 @@ TEST(ReferenceObserver, CarriedVectorsConvergeToTheirDifferentialEquation) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << coarse << " to " << fine;
 }
 
-TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
+TEST(ReferenceObserver, ABatchEqualsSingleSteps) {
   constexpr double kTolerance = 1e-12;  // products of other shapes add in another order
   for (const Model& m : example_models()) {
     Eigen::VectorXd t = times(m, 700);  // more than one block

@@ -38,7 +38,7 @@ TEST(SimpleFoc, UnitsTellTheAngleAndTheVelocity) {
   EXPECT_THAT(sensor_of(rig_model(), "angle=none"), Not(HasSubstr("y[rig_output_alpha]")));
 }
 
-TEST(SimpleFoc, NamesTellWhereThereIsNoUnit) {
+TEST(SimpleFoc, NamesIdentifyChannelsWithoutUnits) {
   Model m = rig_model();
   for (Channel& channel : m.outputs) channel.unit.clear();
   for (Channel& channel : m.states) channel.unit.clear();

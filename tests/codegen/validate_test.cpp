@@ -42,7 +42,7 @@ Model sure_model() {
 
 class BadModel : public testing::TestWithParam<Row> {};
 
-TEST_P(BadModel, IsRefusedWithItsFieldAndTheMend) {
+TEST_P(BadModel, IsRefusedWithItsFieldAndTheRemedy) {
   Model m = GetParam().model();
   ASSERT_EQ(message_of(m), "no error");
   GetParam().spoil(m);
@@ -281,7 +281,7 @@ double share_reached(const Model& m) {
   return share;
 }
 
-TEST(LargestLatent, IsAboveWhatReadingsReachAndNoOrderOfMagnitudeAboveIt) {
+TEST(LargestLatent, BoundsReachedStatesWithinAnOrderOfMagnitude) {
   for (const Model& m : {tiny_model(), rig_model(), paper_model(), hold_model("rk4"), hold_model("zero_order"),
                          commanded_model(), failing_rig_model()}) {
     const double share = share_reached(m);

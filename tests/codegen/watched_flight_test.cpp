@@ -66,7 +66,7 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
   EXPECT_GE(rejected, 8 + 30);  // a sensor is frozen from its 30th repetition on
 }
 
-TEST(WatchedFlight, OfAWholeRunIsThatOfItsSteps) {
+TEST(WatchedFlight, AWholeRunEqualsItsSteps) {
   const Model model = watched_rig_model();
   const Eigen::Index samples = 300;
   Eigen::MatrixXd y(2, samples);

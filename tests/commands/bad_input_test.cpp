@@ -264,7 +264,7 @@ class BadInputs : public testing::TestWithParam<BadInput> {
 };
 Scratch* BadInputs::made_ = nullptr;
 
-TEST_P(BadInputs, IsRefusedWithTheMendAndLeavesNoTrace) {
+TEST_P(BadInputs, IsRefusedWithTheRemedyAndLeavesNoTrace) {
   const BadInput& row = GetParam();
   const Scratch scratch;
   for (const auto& [file, text] : made_->contents())

@@ -99,7 +99,7 @@ TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
   EXPECT_TRUE(Json::parse(scratch.read("out/compare.json"))["conditions"].contains("wrong"));
 }
 
-TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
+TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
   scratch.write("bad.toml", "[[condition]]\nname = \"a\"\nparameters = { mi = 2 }\n");
   const auto refusal = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"compare", "run/model.json", "-o", "out"};

@@ -67,7 +67,7 @@ TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
               HasSubstr("training logs"));
 }
 
-TEST_F(Crossvalidate, InterruptedItGoesOnToTheSameFiguresAndTrainsWhatIsLeft) {
+TEST_F(Crossvalidate, AfterAnInterruptionTrainsTheRestAndReachesTheSameFigures) {
   scratch_.write("tiny.toml", with(scratch_.read("tiny.toml"), "steps = 20", "steps = 3000"));
   const std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs", "--threads", "1",
                                               "--json",        "-o",        "kept it"};
@@ -107,7 +107,7 @@ TEST_F(Crossvalidate, NoPatternTakesForEver) {
   }
 }
 
-TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
+TEST_F(Crossvalidate, FoldsWithoutTrainingLogsAreRefusedBeforeAnythingIsTrained) {
   const auto error = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -139,7 +139,7 @@ class Identify : public testing::Test {
   Scratch scratch_;
 };
 
-TEST_F(Identify, FindsThePendulumAndFiltersAheadOfWhatKnowsNoPlant) {
+TEST_F(Identify, FindsThePendulumAndItsFiltersBeatEstimatorsWithoutAPlant) {
   const ProgramResult result = run({"--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const auto said = nlohmann::json::parse(result.out);
@@ -169,7 +169,7 @@ TEST_F(Identify, PrintsTablesAndWritesTheSameAgain) {
   EXPECT_EQ(scratch_.read("out/identified.json"), written);
 }
 
-TEST_F(Identify, DoesNotReplaceWhatAnotherWrote) {
+TEST_F(Identify, DoesNotReplaceFilesOfOthers) {
   scratch_.write("out/identified.json", "{\"identification\": \"other\"}");
   const ProgramResult refused = run({"--no-filters"});
   EXPECT_EQ(refused.exit_code, 2);
@@ -178,7 +178,7 @@ TEST_F(Identify, DoesNotReplaceWhatAnotherWrote) {
   EXPECT_EQ(run({"--no-filters", "--force"}).exit_code, 0);
 }
 
-TEST_F(Identify, ErrorsNamePlaceAndMend) {
+TEST_F(Identify, ErrorsNamePlaceAndRemedy) {
   const auto error = [&](const std::vector<std::string>& arguments) { return scratch_.refusal(2, arguments); };
   EXPECT_THAT(error({"identify", "qub"}), HasSubstr("did you mean \"qube\"?"));
   EXPECT_THAT(error({"identify"}), HasSubstr("IDENTIFICATION is required"));

@@ -189,7 +189,7 @@ TEST(Evaluate, ExcitesThePlantThatIsSimulatedAndEvaluated) {
   EXPECT_LT(excited["against"]["ekf"]["norm"].get<double>(), 0.1) << "the EKF knows u";
 }
 
-TEST(MonitorCommand, GivesTheModelWhatItsHeaderThenHas) {
+TEST(MonitorCommand, AddsTheMonitorThatTheHeaderThenHas) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});

@@ -193,7 +193,7 @@ std::string draft() {
   return with(kTinyExperiment, "eigenvalues = [-1.0, -2.0, -3.0]\n", "");
 }
 
-TEST(DraftProgram, TrainsToTheBytesOfWhatItDerived) {
+TEST(DraftProgram, TrainsToTheSameBytesAsTheDerivedExperiment) {
   const Scratch scratch;
   scratch.write("draft.toml", draft());
   const auto train = scratch.ok({"train", "draft.toml", "-o", "a"});

@@ -108,7 +108,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_FALSE(scratch.has("a_sensor"));
 }
 
-TEST(Program, RecordsWhatTheModelWasTrainedBy) {
+TEST(Program, RecordsTheExperimentOfTheModel) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-o", "a", "-q", "--set", "training.steps=3"});

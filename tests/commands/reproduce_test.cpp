@@ -23,7 +23,7 @@ void expect_same(const ProgramResult& result, const ProgramResult& expected) {
   EXPECT_EQ(result.err, expected.err);
 }
 
-TEST(ReproduceCommand, SaysWhatItsProgramSaysToTheSameArguments) {
+TEST(ReproduceCommand, PassesOnTheOutputOfItsProgram) {
   const Scratch scratch;
   const std::vector<std::string> all[] = {{"--help"},
                                           {"--version"},

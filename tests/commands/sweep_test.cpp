@@ -139,7 +139,7 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   EXPECT_GT(unfinished, 0) << "control: some were begun and not done";
 }
 
-TEST_F(SweepCommand, InterruptedItSaysWhatIsLeftAndGoesOn) {
+TEST_F(SweepCommand, AfterAnInterruptionNamesTheRestAndContinues) {
   scratch.write("plans/tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 4000"));
   const std::vector<std::string> arguments = {"sweep", "plans/p.toml", "--run", "--threads", "1", "--shard", "0/1"};
   const ProgramResult stopped = scratch.run(arguments, "--seed 2");  // the second of four

@@ -119,7 +119,7 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
   EXPECT_FALSE(scratch.has("one/"));
 }
 
-TEST_F(TrainAuto, RefusesATimeThatTrainsNothingAndLeavesWhatIsThere) {
+TEST_F(TrainAuto, RefusesTooShortATimeAndKeepsExistingFiles) {
   scratch.ok({"train", "tiny.toml", "-o", "run"});
   scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 50000000"));
   const auto before = scratch.contents();

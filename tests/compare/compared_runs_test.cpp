@@ -42,7 +42,7 @@ double error_rms(const ComparedRuns& runs) {
   return std::sqrt(sum / count);
 }
 
-TEST(ComparedRuns, AreTheSameButForWhatTheConditionChanges) {
+TEST(ComparedRuns, DifferOnlyByTheCondition) {
   const ComparedRuns plain = runs_under({});
   ASSERT_EQ(plain.outputs.size(), 8u);
   EXPECT_EQ(error_rms(plain), 0.0);
@@ -92,7 +92,7 @@ TEST(ComparedRuns, ChangeOneParameterAtATimeSoThatNoneCancels) {
   }
 }
 
-TEST(ComparedRuns, GiveFiltersWhatTheSensorsGave) {
+TEST(ComparedRuns, GiveFiltersTheSensorsReadings) {
   Condition condition;
   condition.noise = parse_noise("gaussian:0.5+missing:0.3");
   const ComparedRuns runs = runs_under(condition);
@@ -107,7 +107,7 @@ TEST(ComparedRuns, GiveFiltersWhatTheSensorsGave) {
   EXPECT_NEAR(missing / (8.0 * 201.0), 0.3, 0.05);
 }
 
-TEST(ComparedRuns, CountTheErrorOfALaneAsThatOfItsRun) {
+TEST(ComparedRuns, CountTheErrorOfALaneForItsRun) {
   const ComparedRuns runs = runs_under({});
   class Still final : public LaneFilter {
    public:
@@ -133,7 +133,7 @@ std::string refusal(const std::string& text) {
   });
 }
 
-TEST(Conditions, ThatAreWrongAreNamedWithTheirLineAndTheMend) {
+TEST(Conditions, WrongOnesAreNamedWithTheirLineAndTheRemedy) {
   struct Case {
     std::string text, message;
   };

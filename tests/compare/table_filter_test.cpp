@@ -102,7 +102,7 @@ TEST(FilterInLoop, IsTheFilterOverTheRunThatItMade) {
   EXPECT_GT(control, 0.1) << "control: other noise, other thoughts";
 }
 
-TEST(FilterInLoop, RefusesANameThatIsNoFilters) {
+TEST(FilterInLoop, RefusesAnUnknownFilter) {
   const Experiment e = upright();
   EXPECT_THROW(filter_in_loop("oracle", e, noise_of("none")), codegen::Error);
 }
@@ -221,7 +221,7 @@ TEST(FilterSearch, TheFilterThatKnowsTheParameterIsUncertainFollowsIt) {
   EXPECT_LT(norm("joint_ekf"), 0.5 * norm("ekf"));
 }
 
-TEST(FilterTable, RefusesByNameWhatAPlantHasNoUseFor) {
+TEST(FilterTable, RefusesByNameAFilterThatDoesNotFitThePlant) {
   FilterContext context = filter_context(test::van_der_pol(), {}, {});
   EXPECT_EQ(row_named("joint_ekf").unfit(context), "no condition changes a parameter");
   EXPECT_EQ(row_named("high_gain").unfit(context), "");
@@ -229,7 +229,7 @@ TEST(FilterTable, RefusesByNameWhatAPlantHasNoUseFor) {
   EXPECT_EQ(row_named("high_gain").unfit(context), "a high-gain observer is of one output");
 }
 
-TEST(FilterTable, CountsWhatAStepCosts) {
+TEST(FilterTable, CountsTheCostOfAStep) {
   // f of Van der Pol's equation as it is written has six operations, h none.
   PlantConfig config;
   config.model = "van_der_pol";

@@ -211,7 +211,7 @@ TEST(Csv, ReadsTheSeparatorAndTheDecimalsItIsTold) {
   EXPECT_EQ(parse("a\tb\tc\n\t2\t\n", {.separator = '\t'}).column("b")[0], 2.0);  // tabs keep empty cells
 }
 
-TEST(Csv, NamesWhatDecimalsGoWrong) {
+TEST(Csv, NamesWrongDecimalMarks) {
   EXPECT_THAT(error_in_column("a;b\n1,5;2\n", "a", {.separator = ';'}),
               AllOf(HasSubstr("a.csv:2:a: \"1,5\" is not a number"), HasSubstr("set decimal = \",\" in [log]")));
   EXPECT_THAT(error_in_column("a;b\n1.234,5;2\n", "a", {.separator = ';', .decimal = ','}),

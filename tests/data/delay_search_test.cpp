@@ -89,13 +89,13 @@ TEST(DelaySearch, FindsAFractionalDelayToATenthOfASample) {
     }
 }
 
-TEST(DelaySearch, FindsNoneWhereThereIsNone) {
+TEST(DelaySearch, FindsNoDelayInDataWithoutDelay) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder})
     for (const bool position : {true, false})
       EXPECT_NEAR((PushedPendulum{.delay = 0.0, .position = position, .hold = hold}.found().samples), 0.0, kRight);
 }
 
-TEST(DelaySearch, BearsNoise) {
+TEST(DelaySearch, FindsTheDelayDespiteNoise) {
   EXPECT_NEAR((PushedPendulum{.delay = 2.4, .noise = 0.001}.found().samples), 2.4, kRight);
   EXPECT_NEAR((PushedPendulum{.delay = 2.4, .noise = 0.01, .position = false}.found().samples), 2.4, kRight);
 }
@@ -278,7 +278,7 @@ TEST(ProductSearch, FindsNoneWhereTooFewLogsCouldSaySo) {
   EXPECT_FALSE(find_products(wandering_logs(3, product)).empty());  // the control
 }
 
-TEST(ProductSearch, TakesNoPartOfAnAngleThatWrapsOrOfWhatIsComputed) {
+TEST(ProductSearch, UsesNeitherWrappedAnglesNorComputedOutputs) {
   Dataset data = wandering_logs(4, [](double a, double, double u) { return a * u; });
   data.outputs[0].wrap = 6.28;
   EXPECT_TRUE(find_products(data).empty() || find_products(data)[0].expression.find('a') == std::string::npos);

@@ -101,7 +101,7 @@ TEST(ImpossibleValues, AreNotTheEndOfASensorThatSaturates) {
       << "for a second each";
 }
 
-TEST(ImpossibleValues, AreNotWhatAColumnHoldsWithoutThem) {
+TEST(ImpossibleValues, AreNotFoundInAColumnWithoutThem) {
   EXPECT_THAT(values_in(sway), IsEmpty());
   EXPECT_THAT(values_in([](int k) { return k / 100 == 3 ? 77.0 : sway(k); }), IsEmpty()) << "another state of the rig";
   EXPECT_THAT(values_in([](int k) { return k % 5 != 0 ? -9999.0 : sway(k); }), IsEmpty()) << "nearly all of it";
@@ -181,7 +181,7 @@ TEST_F(MissingValues, OfAnAngleAreMissingInItsVelocity) {
   EXPECT_LT(data.trajectories[0].states.cwiseAbs().maxCoeff(), 100.0);
 }
 
-TEST_F(MissingValues, AreNotOfTheTimeNorOfAnExpression) {
+TEST_F(MissingValues, ApplyNeitherToTheTimeNorToAnExpression) {
   LogConfig log = config();
   log.columns[0].missing = {"0"};
   EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not of the time")));

@@ -364,7 +364,7 @@ TEST(TimeStamps, GridLeavesOutMissingSamples) {
   EXPECT_EQ(grid.counts[1996], 1999.0);
 }
 
-TEST(TimeStamps, ResolutionIsThatOfThePrint) {
+TEST(TimeStamps, HaveTheResolutionOfTheirDigits) {
   EXPECT_DOUBLE_EQ(stamp_resolution(stamps(100, 1.0 / 120.0, 0.0, 3)), 1e-3);
   EXPECT_DOUBLE_EQ(stamp_resolution(stamps(100, 1.0 / 120.0, 0.0, 6)), 1e-6);
   EXPECT_DOUBLE_EQ(stamp_resolution(Eigen::Vector4d(0, 8, 17, 25)), 1.0);
@@ -372,7 +372,7 @@ TEST(TimeStamps, ResolutionIsThatOfThePrint) {
   EXPECT_EQ(stamp_resolution(Eigen::Vector3d(0.0, std::sqrt(2.0), 3.0)), 0.0);
 }
 
-TEST(TimeStamps, PeriodsAgreeToAThousandthAndWhatTheLengthCanTell) {
+TEST(TimeStamps, PeriodsAgreeToAThousandthAndTheResolutionOfTheLength) {
   const TimeGrid whole = grid_of(stamps(2000, 0.0075, 0.0, 3)), piece = grid_of(stamps(30, 0.0075, 0.0, 3));
   EXPECT_TRUE(has_period(whole, 0.0075));
   EXPECT_FALSE(has_period(whole, 0.0075 * 1.002));

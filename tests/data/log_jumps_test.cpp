@@ -75,7 +75,7 @@ TEST_F(LogJumps, OfAQuaternionsSignAreNotedOnceWithTheRemedy) {
       << "control";
 }
 
-TEST_F(LogJumps, OfAQuaternionThatIsKeptPositiveAreNotTakenForAWrap) {
+TEST_F(LogJumps, APositiveQuaternionIsNotTakenForAWrap) {
   const auto canonical = [](int k) { return std::cos(0.5 * course(k)) < 0.0 ? -1.0 : 1.0; };
   EXPECT_THAT(notes({"w", "z"}, {[&](int k) { return canonical(k) * std::cos(0.5 * course(k)); },
                                  [&](int k) { return canonical(k) * std::sin(0.5 * course(k)); }}),

@@ -137,7 +137,7 @@ TEST(LogSchema, DoesWithoutATimeColumnWhenThePeriodIsGiven) {
   EXPECT_EQ(resolve_columns(config).time_heading, "");
 }
 
-TEST(LogSchema, RefusesWhatDoesNotMakeAnObserver) {
+TEST(LogSchema, RefusesColumnsThatMakeNoObserver) {
   EXPECT_THAT(error_in({kTime, kVelocity, column("theta", ColumnRole::kIgnored)}),
               HasSubstr("no column has role \"output\""));
   EXPECT_THAT(error_in({kTime, kAngle}), HasSubstr("no column has role \"state\""));

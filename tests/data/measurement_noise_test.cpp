@@ -63,7 +63,7 @@ TEST(MeasurementNoise, OtherSeedsAndRunsAreUnrelated) {
   }
 }
 
-TEST(MeasurementNoise, IsOfEachSensorItsOwn) {
+TEST(MeasurementNoise, IsIndependentForEachSensor) {
   const NoiseConfig noise = parse_noise("gaussian:0.5,none,uniform:3");
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Constant(3, 5000, 2.0);
   const Eigen::MatrixXd v = MeasurementNoise(noise, 3, 0).on(clean) - clean;
@@ -145,7 +145,7 @@ Eigen::MatrixXd ramp(Eigen::Index outputs, Eigen::Index samples) {
   return Eigen::RowVectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1)).replicate(outputs, 1);
 }
 
-TEST(MeasurementNoise, DelaysByWhatIsDeclared) {
+TEST(MeasurementNoise, DelaysByTheDeclaredTime) {
   constexpr double kPerSample = 0.25;
   const Eigen::MatrixXd clean = (kPerSample * ramp(1, 400).array()).sin();
   const Eigen::MatrixXd late = MeasurementNoise(parse_noise("none+delay:2.5"), 1, 0).on(clean);
@@ -218,7 +218,7 @@ TEST(MeasurementNoise, ABiasMayBeCommonAndAReadingClipped) {
   EXPECT_EQ(on("none+clipped:0.25", 0), 0.25 * clean);
 }
 
-TEST(MeasurementNoise, WhatIsAboutTimeChangesNoDraw) {
+TEST(MeasurementNoise, TimingFaultsChangeNoRandomNumber) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 300);
   const Eigen::MatrixXd off =
       MeasurementNoise(parse_noise("gaussian:0.5+outliers:0.1:4"), 5, 9).on(clean) -

@@ -31,7 +31,7 @@ Experiment pendulum() {
   return read_experiment(kDirectory + "/pendulum.toml");
 }
 
-TEST(Pendulum, LogsAreWhatTheirGeneratorMakes) {
+TEST(Pendulum, LogsEqualTheirGeneratorsOutput) {
   const char* refresh = std::getenv("NLO_REFRESH_GOLDENS");
   for (const PendulumLog& log : kPendulumLogs) {
     const std::string path = kDirectory + "/" + log.file, text = pendulum_csv(log);
@@ -62,7 +62,7 @@ TEST(Pendulum, LoggedRateIsFoundOut) {
                                                   HasSubstr("samples late"), HasSubstr("derivative_of = \"angle\""))));
 }
 
-TEST(Pendulum, ObserverBeatsWhatNeedsNoTraining) {
+TEST(Pendulum, ObserverBeatsEstimatorsWithoutTraining) {
   const Experiment experiment = pendulum();
   const LogSplits splits = load_log_splits(*experiment.log, kDirectory, mirrored_channels(experiment));
   const TrainingResult result = train(experiment, splits.train, splits.train, {});

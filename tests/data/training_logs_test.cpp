@@ -96,7 +96,7 @@ TEST_F(TrainingLogsTest, ModelKnowsTheLogsThatTrainedIt) {
   EXPECT_THAT(notes_on(rows(2, 300, 800, 5.0)), ElementsAre(HasSubstr("of the training log train2.csv")));
 }
 
-TEST_F(TrainingLogsTest, FactIsPlainTextWhateverTheFileIsCalled) {
+TEST_F(TrainingLogsTest, FactIsPlainTextForAnyFileName) {
   TrainingLogs logs;
   logs.logs.push_back({"run 1, a.csv", 12, {}});
   logs.outputs.push_back({"a", -0.5, 1e-3});

@@ -160,7 +160,7 @@ TEST(Unwrap, LeavesNoJumpsWhereAnAngleRestsOnTheWrap) {
   EXPECT_EQ(smooth[10000], flicker[10000]);  // 5,000 turns there and back leave nothing behind
 }
 
-TEST(Unwrap, KeepsTheFirstSampleAndWhatHasNoJumps) {
+TEST(Unwrap, KeepsTheFirstSampleAndChannelsWithoutJumps) {
   const VectorXd smooth = VectorXd::LinSpaced(100, 20.0, 25.0);
   EXPECT_EQ(unwrap(smooth, kTurn), smooth);
   EXPECT_EQ(unwrap(VectorXd(), kTurn).size(), 0);

@@ -54,7 +54,7 @@ TEST(Butterworth, FollowsItsClosedFormAtEveryOrder) {
     }
 }
 
-TEST(Butterworth, RefusesWhatItCannotBe) {
+TEST(Butterworth, RefusesImpossibleSettings) {
   EXPECT_THAT(thrown_message([] { butterworth_lowpass(0, 25.0, kRate_hz); }), HasSubstr("order = 0: expected 1 to 8"));
   EXPECT_THAT(thrown_message([] { butterworth_lowpass(9, 25.0, kRate_hz); }), HasSubstr("order = 9"));
   for (const double cutoff_hz : {0.0, -1.0, 125.0, 300.0, std::nan("")})

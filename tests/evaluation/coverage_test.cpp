@@ -44,7 +44,7 @@ TEST(Coverage, IsTheShareOfTheErrorsWithinTheIntervals) {
   }
 }
 
-TEST(Coverage, LeavesOutWhatIsMaskedOrTooEarly) {
+TEST(Coverage, LeavesOutMaskedAndEarlySamples) {
   Trajectory run = stairs();
   run.weight.tail(5).setZero();
   run.first_estimate = 1;
@@ -69,7 +69,7 @@ TEST(Coverage, CountsSamplesWithoutAnIntervalApart) {
   EXPECT_DOUBLE_EQ(sum.coverage()->sigma(0), 0.45);
 }
 
-TEST(Coverage, OfPartsIsThatOfTheWhole) {
+TEST(Coverage, OfPartsAddsUpToTheWhole) {
   CoverageSum whole(kStates), part(kStates), rest(kStates);
   whole.add(stairs(), of_width(0.45, 0.85));
   whole.add(stairs(), of_width(0.15, 0.25));
@@ -85,7 +85,7 @@ TEST(Coverage, OfPartsIsThatOfTheWhole) {
 }
 
 /// A random walk x+ = x + w with y = x + v: a Kalman filter is exact, and knows how wrong it is.
-TEST(Coverage, OfAKalmanFilterOnItsOwnPlantIsWhatItSays) {
+TEST(Coverage, OfAKalmanFilterOnItsOwnPlantEqualsItsPrediction) {
   constexpr double kStep = 0.1, kNoise = 0.5;
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;

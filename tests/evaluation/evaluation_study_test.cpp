@@ -89,7 +89,7 @@ TEST(EvaluationStudy, TablesStayWithinAHundredColumns) {
   EXPECT_GT(longest, 80U) << "the control: nothing that is wide was shown";
 }
 
-TEST(ComparisonNotes, CallOutWhatIsNotSeenAndWhatNeedsNoNetwork) {
+TEST(ComparisonNotes, NameStatesThatAreNotSeenAndStatesThatNeedNoNetwork) {
   const double nan = std::nan("");
   const auto notes = comparison_notes({{"lost", "m", "all", 0.96, 1.0, 0.9},
                                        {"plain", "", "all", 0.5, 1.0, 0.5},
@@ -128,7 +128,7 @@ TEST(Text, ErrorsHaveAPlaceMoreThanTheirMeanUnlessAllRoundToZero) {
   EXPECT_EQ(to_text(Spread{2.5e9, 1.3e7}), "2.50e+09 ± 1.3e+07");
 }
 
-TEST(Text, StandardErrorsAreOfIndependentDraws) {
+TEST(Text, StandardErrorsUseIndependentDraws) {
   EXPECT_EQ(standard_error(std::vector{1.5, 4.5}), 1.5);
   EXPECT_EQ(deviation_of(std::vector{1.0, 3.0, 5.0}), 2.0);
   EXPECT_FALSE(standard_error(std::vector{1.0})) << "one draw has no scatter";

@@ -50,7 +50,7 @@ TEST(RelativeError, CountsEachStateByItsOwnSpread) {
   }
 }
 
-TEST(RelativeError, TakesAnglesTheShortWayAndLeavesOutWhatIsMasked) {
+TEST(RelativeError, TakesAnglesTheShortWayAndLeavesOutMaskedSamples) {
   Dataset set = mixed_set(1);
   const Eigen::VectorXd scale = state_deviation(set);
   Eigen::MatrixXd estimate = set.trajectories[0].states;

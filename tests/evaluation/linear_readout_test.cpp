@@ -109,7 +109,7 @@ TEST(ErrorTraining, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(codegen::to_json(trained(experiment, true)), one);
 }
 
-TEST(ErrorTraining, CoversWhatItSaysOnRunsThatItHasNotSeen) {
+TEST(ErrorTraining, CoversItsNominalShareOnNewRuns) {
   const codegen::Model model = trained(oscillator_experiment(), true);
   const Dataset fresh = test::van_der_pol_set(100, 20.0, 3, 2.0);
   const NoiseConfig noise{NoiseKind::kGaussian, 0.2};

@@ -154,7 +154,7 @@ TEST(Metrics, JoinedPartsEqualTheWhole) {
   EXPECT_LT((first.metrics().curve - whole.metrics().curve).norm(), kRounding);
 }
 
-TEST(Metrics, WindowsSeparateWhatTheyName) {
+TEST(Metrics, WindowsSeparateTheirSamples) {
   MetricsConfig config = protocol();
   config.windows.push_back({"early", 0.5, 5.0});
   config.windows.push_back({"never", 30.0, 40.0});
@@ -220,7 +220,7 @@ TEST(Metrics, LongerRunWeighsMore) {
   EXPECT_EQ(sum.metrics().curve[20], 0.0);
 }
 
-TEST(MetricsConfig, KnowsARateOfDecayWhereThereIsAD) {
+TEST(MetricsConfig, HasARateOfDecayWithAD) {
   Experiment experiment;
   experiment.observer.eigenvalues = {-100.0};
   EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 0.05);

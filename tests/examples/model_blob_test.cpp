@@ -92,7 +92,7 @@ TEST(ModelBlob, EachReasonIsSaid) {
   EXPECT_EQ(checked_model<Observer>(&other, sizeof other, 7).status, BlobStatus::kOtherLayout);
 }
 
-TEST(ModelBlob, CrcIsThatOfTheStandard) {
+TEST(ModelBlob, CrcEqualsTheStandards) {
   const unsigned char check[] = "123456789";
   EXPECT_EQ(crc32(check, 9), 0xCBF43926U);
   EXPECT_EQ(crc32(check + 4, 5, crc32(check, 4)), 0xCBF43926U) << "in two parts";

@@ -15,7 +15,7 @@ void work_for(std::int64_t duration_ns) {
 }
 
 // Work of every length leaves the wake-ups on the grid: a timer that sleeps "for" a period would drift by it.
-TEST(PeriodicTimer, StaysOnItsGridWhateverATickCosts) {
+TEST(PeriodicTimer, StaysOnItsGridForAnyCostOfATick) {
   PeriodicTimer timer(kPeriodNs);
   const std::int64_t start_ns = timer.deadline_ns();
   std::int64_t periods = 0;

@@ -103,7 +103,7 @@ TEST_F(SupervisorTest, WithoutFadingTheOffsetIsGoneAfterOneSample) {
   EXPECT_GT(jump, 5.0F);
 }
 
-TEST_F(SupervisorTest, WhateverArrivesTheLoopGetsAFiniteEstimateAndNoJumpBeyondTheOffset) {
+TEST_F(SupervisorTest, AnyInputGivesTheLoopAFiniteEstimateWithoutAJumpBeyondTheOffset) {
   settle();
   const float hostile[] = {kNan, 1e30F, -1e30F, 0.0F, 3.0F, -3.0F, std::numeric_limits<float>::infinity()};
   float last = step(wave());

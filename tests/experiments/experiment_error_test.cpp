@@ -234,7 +234,7 @@ TEST(ConfigErrors, Columns) {
             "no error");
 }
 
-TEST(ConfigErrors, AMirrorThatIsNone) {
+TEST(ConfigErrors, AMirrorOfAPlantThatIsNotOdd) {
   const std::string plant = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
                                  "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a + a^2\"]\noutputs = [\"a\"]");
   expect_rows(plant, {{"steps = 10", "mirror = true", "e.toml:20", "mirror = true: the plant is not odd: at x = ("}});

@@ -103,7 +103,7 @@ TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
   EXPECT_EQ(again.known->simulation.share, 0.25);
 }
 
-TEST(KnownPlant, WhatDoesNotFitTheLogsIsRefusedByName) {
+TEST(KnownPlant, AMismatchWithTheLogsIsRefusedByName) {
   expect_rows(both(), {
                           {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
                            "[plant] has no state \"rate\" as the logs have; name its channels"},

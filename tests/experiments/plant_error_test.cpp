@@ -152,7 +152,7 @@ TEST(Excitation, NeedsRangesAlone) {
   EXPECT_EQ(parse_experiment(e.source_text, "again").source_text, e.source_text);
 }
 
-TEST(ExcitationErrors, NameTheKeyAndTheMend) {
+TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
   ASSERT_EQ(error_of(excited()), "no error");
   expect_rows(
       excited(),
@@ -250,7 +250,7 @@ TEST(Feedback, ReadsBackFromItsTextAndIsNotWrittenWhenNotGiven) {
   EXPECT_THAT(parse_experiment(kPlantExperiment, "e.toml").source_text, Not(HasSubstr("[feedback]")));
 }
 
-TEST(FeedbackErrors, NameTheKeyAndTheMend) {
+TEST(FeedbackErrors, NameTheKeyAndTheRemedy) {
   ASSERT_EQ(error_of(closed()), "no error");
   expect_rows(closed(),
               {

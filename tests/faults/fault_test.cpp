@@ -214,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const testing::TestParamInfo<Case>& row) { return row.param.name; });
 
 /// Where names cannot be exchanged a folder is replaced in two steps, and that works too.
-TEST(FaultyFileSystem, WithoutExchangeOfNamesAFolderIsReplacedAllTheSame) {
+TEST(FaultyFileSystem, AFolderIsReplacedWithoutExchangeOfNamesToo) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const Words folder = {"export", "run/model.json", "-q", "--target", "arduino", "-o", "lib"};

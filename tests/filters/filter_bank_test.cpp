@@ -196,7 +196,7 @@ TEST(ParticleFilter, HasDensitiesThatIntegrateToOne) {
   }
 }
 
-TEST(ParticleFilter, SaysWhatItHasNoLikelihoodFor) {
+TEST(ParticleFilter, NamesNoisesWithoutALikelihood) {
   EXPECT_EQ(no_likelihood(parse_noise("gaussian:0.5+bias:1+outliers:0.1:5+missing:0.2")), "");
   EXPECT_NE(no_likelihood(parse_noise("gaussian:0.5+delay:2")), "");
   EXPECT_NE(no_likelihood(parse_noise("none")), "");

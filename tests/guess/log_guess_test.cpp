@@ -82,7 +82,7 @@ TEST_F(LogGuess, ReadsRolesUnitsAndTheClockOfARig) {
   EXPECT_THAT(log.undecided(), IsEmpty());
 }
 
-TEST_F(LogGuess, LeavesOpenWhatNumbersDoNotTell) {
+TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
   const auto cells = [](int k) {
     return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), 0.5 * std::sin(0.3 * k)});
   };
@@ -104,7 +104,7 @@ TEST_F(LogGuess, LeavesOpenWhatNumbersDoNotTell) {
   EXPECT_EQ(column(both, "voltage").why, "no option names it");
 }
 
-TEST_F(LogGuess, NamesTheNearestColumnOfAHintThatIsNone) {
+TEST_F(LogGuess, NamesTheNearestColumnOfAWrongHint) {
   EXPECT_THAT(thrown_message([&] {
                 guess("time,position,velocity",
                       [](int k) {
@@ -225,7 +225,7 @@ TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
   EXPECT_THAT(log.clock.why, HasSubstr("CHECK its unit: steps of 10 are 100 rows a second in ms"));
 }
 
-TEST_F(LogGuess, IgnoresWhatHoldsNothingAndSaysWhy) {
+TEST_F(LogGuess, IgnoresEmptyColumnsAndSaysWhy) {
   const GuessedLog log = guess("index,time,y_measured,y,dead,copy,note", [](int k) {
     return row({1.0 * k, 0.01 * k, std::sin(0.1 * k) + 0.1 * (k % 3), std::sin(0.1 * k), 7.0,
                 std::sin(0.1 * k) + 0.1 * (k % 3)}) +
@@ -344,7 +344,7 @@ TEST(CsvFormatGuess, SeesSeparatorAndDecimal) {
   expect("t;x\n10:11:12.5;1,5\n10:11:12.6;2,5\n", ';', ',');
 }
 
-TEST(CsvFormatGuess, LeavesToTheReaderWhatIsNoTable) {
+TEST(CsvFormatGuess, LeavesFilesWithoutATableToTheReader) {
   expect("", ',', '.');
   expect("x\n1\n2\n", ',', '.');
   expect("\"a;b\",c\n1,2\n", ',', '.');           // quotes hold a separator

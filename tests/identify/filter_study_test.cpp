@@ -46,7 +46,7 @@ double settled_rmse(const FilterStudy& study, const std::string& estimator) {
   return rmse_by_window(study, estimator).back();
 }
 
-TEST(FilterStudy, FiltersThatKnowThePlantAreAheadOfWhatKnowsNone) {
+TEST(FilterStudy, FiltersWithThePlantBeatEstimatorsWithoutIt) {
   const FilterStudy study = study_of(pendulum_identification(), test::kSquare);
   EXPECT_EQ(study.tuned_on, "the validation logs");
   EXPECT_LT(rmse(study, "ekf"), 0.12);  // of a rate of some 4 rad/s; the first samples are most of it
@@ -154,7 +154,7 @@ struct Mistake {
 
 class MistakenIdentification : public testing::TestWithParam<Mistake> {};
 
-TEST_P(MistakenIdentification, IsRefusedWithPlaceAndMend) {
+TEST_P(MistakenIdentification, IsRefusedWithPlaceAndRemedy) {
   const auto& [old, replacement, message] = GetParam();
   std::string text = test::kPendulumIdentification;
   const auto at = text.find(old);

@@ -160,7 +160,7 @@ TEST(Identify, StepsAreAsLongAsTheStampsSay) {
   EXPECT_GT(far(), 2.0 * right + 0.1) << "control: even stamps are wrong";
 }
 
-TEST(Identify, SaysWhatTheLogsDoNotTell) {
+TEST(Identify, NamesParametersThatTheLogsDoNotDetermine) {
   const Dataset logs = regression_logs();
   std::string text = regression("0.0", "{ a = 1.0, b = 1.0, d = 2.0 }");
   text.replace(text.find("b * u2"), 6, "b * d * u2");

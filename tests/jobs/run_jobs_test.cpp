@@ -107,7 +107,7 @@ TEST(RunJobs, AFailureKeepsOthersFromStartingUnlessTheyAreToGoOn) {
   EXPECT_NO_THROW(run_jobs({job("b", done)}, {}).check());
 }
 
-TEST(RunJobs, TheDisplayCountsWhatIsTrainedAndForgetsWhatIsFound) {
+TEST(RunJobs, TheDisplayCountsTrainedJobsAndNotFoundOnes) {
   std::FILE* file = std::tmpfile();
   {
     StatusLine line(file, StatusLine::Mode::kLog, true);

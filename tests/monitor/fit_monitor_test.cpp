@@ -92,7 +92,7 @@ TEST(FitMonitor, FalseAlarmsHaveTheRateOnOtherRuns) {
   EXPECT_LT(count, 67.0);
 }
 
-TEST(FitMonitor, SeesWhatIsNotAsInTraining) {
+TEST(FitMonitor, SeesDataUnlikeTheTraining) {
   const codegen::Model model = watched_waves(0.1);
   EXPECT_LE(alarms(model, waves(8, 20, 0.1)).seen, 0.05);  // .02 expected in a sixth of an hour: one run of 20 may
   const AlarmCount noisy = alarms(model, waves(9, 20, 0.2));
@@ -173,7 +173,7 @@ SensedRuns resting_runs() {
   return runs;
 }
 
-TEST(FitMonitor, FrozenIsWhatRepeatsLongerThanNearlyAllOfTheTraining) {
+TEST(FitMonitor, ASensorIsFrozenIfItRepeatsLongerThanNearlyAllOfTheTraining) {
   const codegen::Model model = codegen::failing_model();
   ASSERT_EQ(model.failures.outputs, std::vector<int>{1});
   const SensedRuns runs = resting_runs();
@@ -243,7 +243,7 @@ TEST(AlarmCount, SeenMeansWithinFiveTimeConstants) {
   EXPECT_FALSE(count_alarms({run({})}, 0.1, 1.0).median_delay_s);
 }
 
-TEST(TimeConstant, OfALinearLatentSystemIsThatOfItsSlowestModeButClocks) {
+TEST(TimeConstant, OfALinearLatentSystemComesFromItsSlowestModeWithoutClocks) {
   // rig_model: pairs at -40 and -25, real -60 and -15 [1/s]; the clock at -2 reads no output.
   const codegen::Model model = codegen::rig_model();
   const TimeConstant own = time_constant(model, {}, false);

@@ -59,7 +59,7 @@ TEST_P(EachTrainedActivation, TrainsByTheTablesFunctions) {
   });
 }
 
-TEST(Activations, WhatAnExportAloneMayChooseIsNoKeyAndTrainsNothing) {
+TEST(Activations, ActivationsForExportsAreNoKeysAndAreNotTrained) {
   for (const codegen::ActivationRow& row : codegen::kActivations) {
     if (row.is_trained()) continue;
     EXPECT_THROW(parse_experiment(experiment_with("inverse_map", std::string(row.name)), "small.toml", {}),

@@ -39,7 +39,7 @@ TEST(Adam, TakesTheStepsOfItsPaper) {
   }
 }
 
-TEST(Adam, MovesByTheRateWhateverTheSizeOfTheGradient) {
+TEST(Adam, MovesByTheRateForAnySizeOfTheGradient) {
   // The first step is rate * g / (|g| + 1e-8): the sign of the gradient.
   for (const float g : {1e-3F, 1.0F, 1e6F, -1e-3F, -1e6F}) {
     float p = 0.0F;

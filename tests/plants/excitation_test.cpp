@@ -217,7 +217,7 @@ TEST_F(LoggedInputsTest, WithoutATimeColumnRowsAreASamplePeriodApart) {
   EXPECT_NEAR(drawn(3)(0, 80), 4.0, 1e-9);
 }
 
-TEST_F(LoggedInputsTest, ErrorsNameThePlaceAndTheMend) {
+TEST_F(LoggedInputsTest, ErrorsNameThePlaceAndTheRemedy) {
   ASSERT_EQ(error(), "no error");
   excitation_.high[0] = 3.0;
   EXPECT_NE(error().find("csv:63: a is 3.05, and [excitation] lets this input go from 0 to 3; widen low and high"),
@@ -243,7 +243,7 @@ TEST_F(LoggedInputsTest, AStepThatNoTimeIsDrawnBeyondIsRefused) {
   EXPECT_NE(said("-1e308", "1e308").find("csv:3: t is inf s after"), std::string::npos) << error();
 }
 
-TEST_F(LoggedInputsTest, OtherKindsDrawWhatTheyDrewWithoutALog) {
+TEST_F(LoggedInputsTest, OtherKindsDrawTheSameNumbersWithoutALog) {
   ExcitationConfig steps = excitation_;
   steps.kinds = {InputSignal::kSteps};
   EXPECT_EQ(draw_inputs(steps, simulation_, 11, 5),

@@ -42,7 +42,7 @@ TEST(RecogniseLinear, FindsTheMatricesOfLinearExpressions) {
   EXPECT_EQ(found.plant->outputs().front().name, "y");
 }
 
-TEST(RecogniseLinear, SeesWhatIsNotLinear) {
+TEST(RecogniseLinear, SeesNonlinearPlants) {
   const std::vector<std::string> linear = {"v", "-p"};
   ASSERT_TRUE(recognised(linear, "p").plant) << "control";
   for (const char* nonlinear : {"-sin(p)", "-p - 1e-9 * p^3", "-p * v", "-abs(p)", "max(-50, min(50, -p))",

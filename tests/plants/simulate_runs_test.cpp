@@ -132,7 +132,7 @@ TEST(SimulateRuns, EachHasParametersOfItsOwnWithinTheRange) {
   EXPECT_GT(*rates.rbegin(), 1.25);
 }
 
-TEST(SimulateRuns, AParameterIsDrawnByItsNameWhateverElseIsDrawn) {
+TEST(SimulateRuns, AParametersDrawDependsOnItsNameAlone) {
   const auto drawn = [](const std::vector<std::string>& changes) {
     return value_of(draw_parameters(*experiment(kLag, changes).plant, 5, 2), "b");
   };

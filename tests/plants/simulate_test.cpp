@@ -192,7 +192,7 @@ eigenvalues = [-3.0, -5.0]
   }
 }
 
-TEST(RangeWarnings, AreSilentOfWhatSettlesSwingsOrTurns) {
+TEST(RangeWarnings, AreSilentForPlantsThatSettleSwingOrTurn) {
   EXPECT_THAT(warnings(kLine), IsEmpty());
   EXPECT_THAT(warnings(kLine, {"plant.parameters.a=-1", "plant.parameters.b=9"}), IsEmpty()) << "settles at 9";
   EXPECT_THAT(warnings(kLine, {"plant.parameters.b=9", "plant.state_wraps=[\"2pi\"]", "plant.output_wraps=[\"2pi\"]",
@@ -215,7 +215,7 @@ TEST(RangeWarnings, SayThatAFeedbackDoesNotHoldThePlant) {
 }
 
 /// Shipped plants whose range is wider than any start: spikes of an attractor, an epidemic, a ship that sails away.
-TEST(RangeWarnings, AreOfThreeShippedExperimentsThatMeanIt) {
+TEST(RangeWarnings, AppearForThreeShippedExperiments) {
   std::set<std::string> found;
   for (const ShippedExperiment& shipped : shipped_experiments()) {
     const Experiment e = parse_experiment(shipped.text, std::string(shipped.name) + ".toml");

@@ -177,7 +177,7 @@ TEST(StateFeedback, TakesDrawnInputsForReferencesAndLeavesRunsOutsideOfItsShare)
   }
 }
 
-TEST(StateFeedback, OfAnObserverIsOfItsOwnEstimatesOverTheRun) {
+TEST(StateFeedback, ByAnObserverUsesItsOwnEstimatesOverTheRun) {
   const Experiment e = experiment();
   const TrainingSets sets = simulate_training_sets(e);
   EXPECT_TRUE(sets.training.reads_inputs);

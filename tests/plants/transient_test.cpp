@@ -137,7 +137,7 @@ TEST(Transient, LeadInIsThePlantsPastAtFourthOrder) {
   EXPECT_NEAR(std::log2(error(0.08) / error(0.04)), 4.0, 0.1);
 }
 
-TEST(Transient, LeadInComesBeforeWhatIsThereAndDoesNotCount) {
+TEST(Transient, LeadInComesBeforeTheRunAndDoesNotCount) {
   const LinearPlant plant = oscillator();
   const Trajectory before = simulate_from(plant, sampled(0.02), kInitial).trajectories[0];
   const Trajectory run = with_lead_in(plant, 0.02, 5.0);
@@ -168,7 +168,7 @@ TEST(Transient, DroppedPairsLeaveThoseWithinExpMinusKOfTheMap) {
   }
 }
 
-TEST(Transient, DropKeepsWhatWasMaskedBefore) {
+TEST(Transient, DropKeepsEarlierMasks) {
   Dataset data = simulate_from(oscillator(), sampled(0.02), kInitial);
   data.trajectories[0].weight.tail(10).setZero();
   drop_transient(data, 1.0);
@@ -225,7 +225,7 @@ TEST(Transient, NamesWhereTheBackwardFlowEscapes) {
   EXPECT_EQ(lead_in_error(*plant, initial.leftCols(1), 5.0, 5.0), "no error") << "control: inside it ends at rest";
 }
 
-TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterForgets) {
+TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterDecays) {
   // x' = -a x grows backwards by exp(a t_c); with lambda = -1 and t_c = k the filter forgets exp(-k).
   const auto decaying = [](double a) {
     const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);

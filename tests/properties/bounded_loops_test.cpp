@@ -101,7 +101,7 @@ TEST(Loops, OfTheRuntimeAndOfGeneratedC99CountToABound) {
   EXPECT_GT(loops, 200U) << "control: they were read";
 }
 
-TEST(Loops, TheSearchSeesWhatWaits) {
+TEST(Loops, ControlTheSearchSeesLoopsThatWait) {
   EXPECT_TRUE(waits("while (magnitude(w) > T(0.5)) {"));
   EXPECT_TRUE(waits("for (; magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);"));
   EXPECT_TRUE(waits("for (;;) {"));

@@ -139,7 +139,7 @@ TEST(Flight, TenMillionStepsNeitherAllocateNorLockNorFault) {
   expect_nothing_happens(observer, kSteps);
 }
 
-TEST(Flight, NorDoesAnyStructureNorEitherPolicy) {
+TEST(Flight, NoStructureOrPolicyAllocatesLocksOrFaults) {
   static constexpr auto kPaper = bench::random_kkl_model<Activation::kTanh, 50, 4>();
   static constexpr auto kLuenberger = bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = bench::random_general_model<Activation::kSilu, 16, 2>();

@@ -192,7 +192,7 @@ TEST(IncludeArrows, PointTheAllowedWayInEveryFile) {
   EXPECT_THAT(all, IsEmpty()) << lines(all);
 }
 
-TEST(IncludeArrows, NeedEveryExceptionThatIsMade) {
+TEST(IncludeArrows, NeedEveryListedException) {
   std::set<const Exception*> needed;
   for (const std::string& file : source_files()) {
     for (const Include& include : includes_of(text_of(file)))

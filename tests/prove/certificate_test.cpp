@@ -56,7 +56,7 @@ TEST(Certificate, ControlABoundThatIsTooSmallIsSeen) {
   EXPECT_THAT(broken_rows(certificate), IsEmpty());
 }
 
-TEST(Certificate, OfALinearLatentSystemTheFactorIsThatOfItsSlowestMode) {
+TEST(Certificate, TheFactorOfALinearLatentSystemComesFromItsSlowestMode) {
   const Model model = codegen::tiny_model();
   const Certificate certificate = certify(model, quick());
   const double slowest = codegen::linear_latent(model)->eigenvalues.maxCoeff();

@@ -123,7 +123,7 @@ TEST(FlownArithmetic, ControlTheProofOfAnotherFormatIsBroken) {
   EXPECT_GT((bf16 - of_int16).maxCoeff(), 0.0);
 }
 
-TEST(FlownArithmetic, ControlAProofThatForgetsTheWeightsIsBroken) {
+TEST(FlownArithmetic, ControlAProofWithoutTheWeightsErrorIsBroken) {
   const Model model = shipped_model();
   const MapRegion region = domain_region(model);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(region.inputs.rows(), region.inputs.rows());
@@ -139,7 +139,7 @@ TEST(FlownArithmetic, ControlAProofThatForgetsTheWeightsIsBroken) {
   EXPECT_LT((arithmetic_error(model, region, map, latent, found, 1, 0.1).bound - bf16).maxCoeff(), 0.0);
 }
 
-TEST(FlownArithmetic, LatentErrorIsAboveThatOfLongFlights) {
+TEST(FlownArithmetic, LatentErrorBoundsLongFlights) {
   // A reading that is held: z comes to rest early, as steps of less than half a place are lost.
   const Model model = shipped_model();
   const Eigen::VectorXd bound = float_latent_error(model, model.latent_min, model.latent_max);

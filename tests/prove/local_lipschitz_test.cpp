@@ -161,7 +161,7 @@ long double reached_norm(const Exact& m) {
   return (m * v).norm() / v.norm();
 }
 
-TEST(JacobianEnclosure, BoundsWhatRealNumbersWouldGive) {
+TEST(JacobianEnclosure, BoundsTheExactValue) {
   constexpr long double kClose = 1e-9L;
   const Eigen::Index n = kNz + kNy;
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
@@ -208,7 +208,7 @@ TEST(JacobianEnclosure, IsSharpToSecondOrderForSmoothActivations) {
   }
 }
 
-TEST_P(LocalLipschitzOf, IsBetweenWhatIsFoundAndTheGlobalOne) {
+TEST_P(LocalLipschitzOf, IsBetweenTheLargestFoundSlopeAndTheGlobalBound) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     const codegen::Model model = domain_model(seed, GetParam(), static_cast<int>(seed % 4), 0.8);
     for (const bool of_output : {false, true}) {
@@ -241,7 +241,7 @@ TEST(LocalLipschitz, IsTheSteepestSlopeWhereTheSearchComesToItsEnd) {
   }
 }
 
-TEST(LocalLipschitz, FallsWithEveryBoxThatIsLookedAt) {
+TEST(LocalLipschitz, FallsWithEveryExaminedBox) {
   const codegen::Model model = domain_model(5, "silu", 3, 1.0);
   double before = lipschitz_upper(model).latent;
   for (const std::int64_t most : {1, 10, 100, 1000}) {

@@ -83,7 +83,7 @@ TEST(Robustness, HasTheClosedFormConstantsOfALinearPlant) {
   EXPECT_NEAR(result.start, e0, kClosedForm);
 }
 
-TEST(Robustness, TakesALinearPlantInExpressionsForWhatItIs) {
+TEST(Robustness, RecognisesALinearPlantInExpressions) {
   PlantConfig built_in;
   built_in.model = "harmonic_oscillator";
   built_in.parameters = {{"omega", 2.0}};

@@ -91,7 +91,7 @@ double left_over(Hold hold, double dt, const HoldEffect& effect) {
   return std::abs(t * next - a * t - (hold == Hold::kZeroOrder ? phi1 : phi1 - phi2 + phi2 * next));
 }
 
-TEST(HoldEffect, WhatItLeavesOverOfAStepIsWithinItsBoundAndOfTheFourthOrderAtLeast) {
+TEST(HoldEffect, TheRemainderOfAStepIsWithinItsBoundAndOfFourthOrder) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
     double before = 0.0;
     for (const double dt : {0.2, 0.1, 0.05}) {
@@ -113,7 +113,7 @@ TEST(HoldEffect, ControlWithoutItsSecondOrderTheBoundDoesNotHold) {
   }
 }
 
-TEST(LatentMemory, TheLargestEffectOfNoiseIsThatOfTheWorstSigns) {
+TEST(LatentMemory, TheLargestEffectOfNoiseHasTheWorstSigns) {
   const codegen::Model model = model_of(damped(), Eigen::Vector3d(-2.0, 3.0, -5.0), 1);
   const LatentMemory memory(model);
   const Eigen::RowVector3d row(1.0, -0.5, 2.0);
@@ -147,7 +147,7 @@ struct Shipped {
   }
 };
 
-TEST(SteadyError, TheBoundIsAboveWhatASearchFindsAndWithinThreeTimesOfIt) {
+TEST(SteadyError, TheBoundIsAboveTheLargestFoundErrorAndWithinThreeTimesOfIt) {
   const Shipped shipped;
   const SteadyError proof =
       steady_error(shipped.model, *shipped.experiment.plant, shipped.region, shipped.states, shipped.question);
@@ -182,7 +182,7 @@ TEST(SteadyError, ADisturbanceIsInTheBound) {
   EXPECT_GT(proof.bound(0), proof.approximation(0));
 }
 
-TEST(SteadyError, NoiseBeyondWhatTheObserverTakesIsRefused) {
+TEST(SteadyError, NoiseBeyondTheObserversRangeIsRefused) {
   Shipped shipped;
   shipped.question.noise = 50.0;
   try {
@@ -194,7 +194,7 @@ TEST(SteadyError, NoiseBeyondWhatTheObserverTakesIsRefused) {
   }
 }
 
-TEST(StateRegion, HoldsWhatItIsMadeOfAndItsCoarserCellsHoldIt) {
+TEST(StateRegion, ContainsItsPointsAndItsCoarserCellsContainIt) {
   const Shipped shipped;
   const StateRegion coarse = shipped.region.coarser(100);
   EXPECT_LE(coarse.places().size(), 100U);

@@ -36,7 +36,7 @@ Recipe derived(const std::string& text, const std::vector<std::string>& override
   return derive_recipe(draft, sets.training, sets.validation);
 }
 
-TEST(Draft, IsWhatGivesNoEigenvalues) {
+TEST(Draft, IsAFileWithoutEigenvalues) {
   EXPECT_FALSE(parse_draft(kDraft, "d.toml").complete);
   EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[-1.0]"}).complete);
   EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.structure=gated"}).complete);
@@ -69,7 +69,7 @@ TEST(Recipe, IsTheSameForAnyNumberOfThreads) {
             derived(kDraft, {"threads=3"}).experiment.source_text);
 }
 
-TEST(Recipe, KeepsWhatTheFileGives) {
+TEST(Recipe, KeepsTheKeysOfTheFile) {
   const Recipe recipe = derived(kDraft, {"observer.clocks_s=[0.7]", "observer.features=latent", "observer.start=zero",
                                          "inverse_map.hidden=[8]", "inverse_map.linear_path=false", "training.steps=77",
                                          "training.mirror=false", "simulation.trajectories=30", "loss.scale=physical"});
@@ -111,7 +111,7 @@ samples_per_step = 256
   EXPECT_NEAR(fast / slow, 10.0, 0.1);
 }
 
-TEST(Recipe, DoesNotMirrorWhatStartsOnOneSide) {
+TEST(Recipe, DoesNotMirrorRunsThatStartOnOneSide) {
   EXPECT_TRUE(derived(kDraft).experiment.training.mirror);
   EXPECT_FALSE(derived(kDraft, {"simulation.initial_low=[0.0, -1.0]"}).experiment.training.mirror);
 }
@@ -175,7 +175,7 @@ TEST(ReadoutProbe, GivesTheSameNumbersForAnyNumberOfThreads) {
 
 constexpr double kRounding = 0.01;  // banks are told to three digits
 
-TEST(ModeBanks, ForgetWithinARunAndKeepBelowTheSampleRate) {
+TEST(ModeBanks, DecayWithinARunAndStayBelowTheSampleRate) {
   for (const double period_s : {1e-4, 0.02, 1.0})
     for (const double samples : {200.0, 2500.0, 20000.0}) {
       const auto banks = mode_banks(period_s, samples * period_s, 100);

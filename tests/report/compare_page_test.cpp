@@ -88,7 +88,7 @@ TEST(TrainingCurves, DamageIsNamedByLine) {
   EXPECT_THAT(message("step\n0x7\n"), HasSubstr("metrics.csv:2: \"0x7\" is not a number"));
 }
 
-TEST(ControlLoopResult, ReadsWhatTheExampleWrites) {
+TEST(ControlLoopResult, ReadsTheFileOfTheExample) {
   const ControlLoopResult result = parse_control_loop(R"({"rate_hz": 1000, "ticks": 500, "sample_period_s": 0.02,
     "noise_std": 0.5, "seed": 1, "rms_error": 0.17, "settled_rms_error": 0.08, "missed_deadlines": 2, "faults": 0,
     "outside_domain": 3, "real_time_priority": true, "memory_locked": false,
@@ -102,7 +102,7 @@ TEST(ControlLoopResult, ReadsWhatTheExampleWrites) {
   EXPECT_EQ(result.histogram[0].count, 499.0);
 }
 
-TEST(ControlLoopResult, NamesWhatIsMissing) {
+TEST(ControlLoopResult, NamesMissingFields) {
   for (const char* text : {"", "[]", "{\"rate_hz\": 1000}", "{\"rate_hz\": \"fast\"}"})
     EXPECT_THROW(parse_control_loop(text, "control_loop.json"), codegen::Error) << text;
 }

@@ -141,7 +141,7 @@ TEST(Report, SaysWhichLogsTheseAre) {
   EXPECT_THAT(page, Not(HasSubstr("unseen")));
 }
 
-TEST(Report, SaysOfLogsOnlyWhatTheyHave) {
+TEST(Report, ShowsOnlyAvailableFactsOfLogs) {
   ReportData data;
   data.logs = test::sample_logs(2);
   EXPECT_THAT(render_report(data, "false"), Not(HasSubstr("Truth of")));
@@ -150,7 +150,7 @@ TEST(Report, SaysOfLogsOnlyWhatTheyHave) {
   EXPECT_THAT(render_report(data, "false"), HasSubstr("Truth of rate: the slope of a logged column"));
 }
 
-TEST(Report, SpeaksOfAKalmanFilterOnlyWhereThereIsOne) {
+TEST(Report, MentionsAKalmanFilterOnlyIfThereIsOne) {
   ReportData data = test::sample_report(kFewTrajectories);
   EXPECT_THAT(error_figure(data.evaluations).caption, HasSubstr("Dashed: the extended Kalman filter"));  // control
   for (auto& group : data.evaluations) std::erase_if(group, [](const Evaluation& e) { return e.estimator == "ekf"; });
@@ -158,7 +158,7 @@ TEST(Report, SpeaksOfAKalmanFilterOnlyWhereThereIsOne) {
   EXPECT_THAT(error_figure(data.evaluations).caption, Not(HasSubstr("Dashed")));
 }
 
-TEST(Report, HasAColumnForSettledErrorsOnlyWhereThereAreSome) {
+TEST(Report, HasAColumnForSettledErrorsOnlyIfThereAreSome) {
   ReportData data = test::sample_report(kFewTrajectories);
   for (auto& group : data.evaluations)
     for (Evaluation& evaluation : group) evaluation.metrics.windows.push_back({{"settled", 10.0, 50.0}, {}, {}});
@@ -217,7 +217,7 @@ TEST(Report, BalanceCheckFindsAnOpenTag) {  // control
   EXPECT_GT(failures.size(), 0);
 }
 
-TEST(ReportOf, TakesWhatLiesInTheRunDirectory) {
+TEST(ReportOf, TakesTheFilesOfTheRunDirectory) {
   const ScratchDirectory directory;
   codegen::Model model;
   model.name = "m";

@@ -62,7 +62,7 @@ TEST(RunFigure, AWildStartDoesNotSetTheScaleAndIsSaid) {
   EXPECT_GT(whole.panels[1].y_high, largest(whole.panels[1].series.back().y));
 }
 
-TEST(RunFigure, ShadesWhatIsMaskedAndWhatIsOutsideOfTheDomain) {
+TEST(RunFigure, ShadesMaskedSamplesAndSamplesOutsideOfTheDomain) {
   const LogEvaluation logs = test::sample_logs(1);
   for (const Panel& panel : figure_of(logs).panels) {
     ASSERT_EQ(panel.bands.size(), 2U);
@@ -132,7 +132,7 @@ TEST(RunFigure, TruthIsBroaderThanTheEstimateThatIsDrawnOverIt) {
   EXPECT_EQ(state.series[last].style, Series::Style::kLine);
 }
 
-TEST(RunFigure, SaysOnceWhatIsShaded) {
+TEST(RunFigure, ExplainsTheShadingOnce) {
   std::vector<std::string> said;
   for (const Panel& panel : figure_of(test::sample_logs(1)).panels)
     for (const Band& band : panel.bands)
@@ -194,7 +194,7 @@ std::pair<VectorXd, VectorXd> wild(Index samples, double noise, unsigned seed) {
   return {x, y};
 }
 
-TEST(ThinnedLine, NoPointIsAPixelFromWhatIsDrawnAndNothingElseIsDrawn) {
+TEST(ThinnedLine, NoPointIsAPixelFromTheDrawnLineAndNoOtherIsDrawn) {
   for (const Index samples : {3L, 100L, 1000L, 7000L, 40'000L}) {
     for (const double noise : {0.0, 0.01, 0.3}) {
       SCOPED_TRACE(testing::Message() << samples << " samples, noise " << noise);
@@ -219,7 +219,7 @@ TEST(ThinnedLine, TheDistanceSeesALineThatLosesPeaks) {  // the control of the t
   EXPECT_GT(farthest(x, y, sparse), 5.0);
 }
 
-TEST(ThinnedLine, WeighsWhatThePictureWeighsHoweverLongTheLog) {
+TEST(ThinnedLine, HasTheSizeOfThePictureForAnyLengthOfTheLog) {
   const auto [x, smooth] = wild(100'000, 0.0, 1);
   EXPECT_LT(thinned_line(x, smooth, kPlot).x.size(), 1000);  // a hundred spikes and some waves
   const auto [t, noisy] = wild(100'000, 0.3, 1);

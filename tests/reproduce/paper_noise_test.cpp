@@ -68,7 +68,7 @@ TEST(StageNoise, WithoutNoiseTheLatentStateConvergesAtFourthOrder) {
   EXPECT_LT(ratio, 19.0);
 }
 
-TEST(StageNoise, WithoutNoiseTheErrorIsThatOfTheStrictTest) {
+TEST(StageNoise, WithoutNoiseTheErrorEqualsTheStrictTests) {
   const double h = 0.01;
   const Eigen::Matrix2d initial = Eigen::Vector2d(1.0, -0.5).asDiagonal();
   const Dataset clean = simulate_from(*make_plant(oscillator()), simulation(h, 10.0), initial);

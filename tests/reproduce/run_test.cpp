@@ -143,7 +143,7 @@ TEST_F(Reproduction, ADamagedModelIsTrainedAgain) {
   EXPECT_EQ(codegen::read_file(model_file(request, 1)), good);
 }
 
-TEST_F(Reproduction, AnInterruptedRunKeepsWhatIsFinishedAndGoesOnToTheSameBytes) {
+TEST_F(Reproduction, AnInterruptedRunKeepsFinishedTrainingsAndReachesTheSameBytes) {
   Request request = tiny();
   request.seeds = 2;
   std::atomic<bool> stop{false};

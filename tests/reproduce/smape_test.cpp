@@ -9,7 +9,7 @@
 namespace nlo::trainer {
 namespace {
 
-TEST(Smape, IsOfEachComponentOrOfVectors) {
+TEST(Smape, AppliesToComponentsOrToVectors) {
   Eigen::MatrixXd truth(2, 2), estimate(2, 2);
   truth << 3.0, 1.0,  //
       4.0, 0.0;
@@ -33,7 +33,7 @@ TEST(Smape, OfAConstantFactorIsItsClosedForm) {
   EXPECT_NEAR(smape_of_components(truth, -truth), 200.0, 1e-9);
 }
 
-TEST(Smape, AWindowKeepsItsFirstSampleWhateverTheRounding) {
+TEST(Smape, AWindowKeepsItsFirstSampleDespiteRounding) {
   const Eigen::MatrixXd truth = Eigen::MatrixXd::Constant(1, 2, 1.0), estimate = Eigen::MatrixXd::Zero(1, 2);
   EXPECT_EQ(smape_of_norms(truth, estimate, Eigen::Vector2d(0.0, 4.9999999), 5.0), 200.0);
   EXPECT_TRUE(std::isnan(smape_of_norms(truth, estimate, Eigen::Vector2d(0.0, 1.0), 5.0)));

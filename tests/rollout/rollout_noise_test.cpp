@@ -67,7 +67,7 @@ Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
 // Standard error of a deviation from 6,416 draws: 0.9 %; four of them.
 constexpr double kDeviationTolerance = 0.036;
 
-TEST(RolloutNoise, IsOfEachSensorItsOwn) {
+TEST(RolloutNoise, IsIndependentForEachSensor) {
   const Eigen::MatrixXd y = noisy(still(false), parse_noise("gaussian:0.5,none,uniform:0.02"));
   EXPECT_NEAR(std::sqrt(y.row(0).squaredNorm() / static_cast<double>(y.cols())), 0.5, 0.5 * kDeviationTolerance);
   EXPECT_TRUE((y.row(1).array() == 0.0).all());
@@ -108,7 +108,7 @@ TEST(RolloutNoise, GroupsOfTrajectoriesTakeTurnsWithAMixture) {
   }
 }
 
-TEST(RolloutNoise, WhatIsFarOffIsClampedAsInFlight) {
+TEST(RolloutNoise, OutliersAreClampedAsInFlight) {
   Dataset data = still(false);
   for (Trajectory& run : data.trajectories) run.outputs.row(0).setLinSpaced(-1.0, 3.0);
   const Eigen::MatrixXd tails = noisy(data, parse_noise("student:2:1,none,none"));

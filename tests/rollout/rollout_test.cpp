@@ -152,7 +152,7 @@ Dataset log_with_a_product() {
   return dataset;
 }
 
-TEST(Rollout, ComputesOutputsOfWhatTheObserverIsGivenNoiseIncluded) {
+TEST(Rollout, ComputesOutputsFromNoisyReadings) {
   const TrainingData data(testing::mirrored(log_with_a_product()));
   Rollout rollout(data);
   Identity dynamics(4);

@@ -113,7 +113,7 @@ void expect_packs_agree() {
   });
 }
 
-TEST(Activation, OfAPackIsThatOfItsLanes) {
+TEST(Activation, OfAVectorEqualsThatOfItsLanes) {
   expect_packs_agree<Activation::kTanh>();
   expect_packs_agree<Activation::kRelu>();
   expect_packs_agree<Activation::kSilu>();

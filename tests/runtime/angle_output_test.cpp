@@ -137,7 +137,7 @@ TEST(Angle, StartsAlikeFromAllMeasurementsOfTheSameAngle) {
   }
 }
 
-TEST(Angle, WarmStartsAlikeWhateverTurnWasBefore) {
+TEST(Angle, WarmStartsAlikeAfterAnyNumberOfTurns) {
   const auto model = angle_model<double>();
   Observer<double> fresh(model), used(model);
   ASSERT_EQ(used.warm_start({{3.1, 0.0}}), StepStatus::kOk);

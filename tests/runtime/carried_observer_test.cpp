@@ -58,7 +58,7 @@ double rotation_error(const Vector3d& theta) {
   return worst / static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 }
 
-TEST(Rotation, IsTheMatrixExponentialWhateverTheAngle) {
+TEST(Rotation, IsTheMatrixExponentialForAnyAngle) {
   constexpr double kRoundings = 4.0, kPerRadian = 45.0;  // two roundings of the angle for each doubling
   std::mt19937 random(1);
   for (const double size : {0.0, 1e-20, 1e-9, 1e-4, 0.03, 0.5, 1.7, 4.0}) {
@@ -229,7 +229,7 @@ TEST(CarriedObserver, SolvesItsDifferentialEquation) {
   EXPECT_LT(error, kTolerance);
 }
 
-TEST(CarriedObserver, ARateThatIsMissingIsHeldAndSaidForItsChannelAlone) {
+TEST(CarriedObserver, AMissingRateIsHeldAndReportedForItsChannelAlone) {
   const auto model = carried_model<float>();
   CarriedObserver observer(model);
   ASSERT_EQ(observer.step({{0, 0, 1}}, {{0.1F, 0.2F, 0.3F}}), StepStatus::kOk);

@@ -130,7 +130,7 @@ TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
   });
 }
 
-TEST(ChannelStatus, TheStepSaysTheWorstOfItsChannelsWhateverComes) {
+TEST(ChannelStatus, TheStepReportsTheWorstChannelForAnyInput) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     std::mt19937 random(5);
@@ -181,7 +181,7 @@ TEST(ChannelStatus, AChannelThatThereIsNotIsRejected) {
   });
 }
 
-TEST(ChannelStatus, ARejectedStepIsThatOfAllItsChannelsAndCountsForNone) {
+TEST(ChannelStatus, ARejectedStepAppliesToAllChannelsAndCountsForNone) {
   each_structure([](auto& observer) {
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     Samples samples = kGood;
@@ -195,7 +195,7 @@ TEST(ChannelStatus, ARejectedStepIsThatOfAllItsChannelsAndCountsForNone) {
   });
 }
 
-TEST(ChannelStatus, AStartHoldsWhatIsMissingAndAWarmStartCountsAlike) {
+TEST(ChannelStatus, AStartHoldsMissingChannelsAndAWarmStartCountsAlike) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     Samples samples = kGood;
@@ -252,7 +252,7 @@ TEST(ChannelStatus, IsSavedAndRestoredAndAnyBitsOfItAreAStatusThatAGoodSampleEnd
   });
 }
 
-TEST(ChannelStatus, ACorruptedLatentStateIsThatOfAllChannels) {
+TEST(ChannelStatus, ACorruptedLatentStateAppliesToAllChannels) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     struct Upset : Observer {
@@ -266,7 +266,7 @@ TEST(ChannelStatus, ACorruptedLatentStateIsThatOfAllChannels) {
   });
 }
 
-TEST(ChannelStatus, OfAPlantOfABatchIsThatOfItsObserver) {
+TEST(ChannelStatus, OfAPlantInABatchEqualsThatOfAnObserver) {
   constexpr int kPlants = 21;  // blocks that are stepped together, and a rest
   std::mt19937 random(8);
   const auto reading = [&random](int k, int /*plant*/, int /*channel*/) {

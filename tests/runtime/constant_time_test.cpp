@@ -77,7 +77,7 @@ void expect_plain_validation() {
     EXPECT_GT(statuses[static_cast<int>(status)], 100) << "seldom seen: " << static_cast<int>(status);
 }
 
-TEST(Validation, IsThatOfPlainBranchesForBothPolicies) {
+TEST(Validation, EqualsPlainBranchesForBothPolicies) {
   expect_plain_validation<float, Arithmetic::kFast>();
   expect_plain_validation<float, Arithmetic::kDeterministic>();
   expect_plain_validation<double, Arithmetic::kFast>();

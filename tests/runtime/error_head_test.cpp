@@ -196,7 +196,7 @@ TEST(ErrorHead, IsUnknownWhileAReadingIsStale) {
   EXPECT_EQ(observer.estimate_with_error().sigma[0] < kUnknownSigma, observer.in_domain());
 }
 
-TEST(ErrorHead, StaysFiniteWhateverIsMeasured) {
+TEST(ErrorHead, StaysFiniteForAnyMeasurement) {
   KklObserver<SureModel<float>> observer(kSure);
   const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -3e38F, 0.0F};
   const StepStatus expected[] = {StepStatus::kHeld, StepStatus::kHeld, StepStatus::kOutOfRange, StepStatus::kOk};
@@ -212,7 +212,7 @@ TEST(ErrorHead, StaysFiniteWhateverIsMeasured) {
   }
 }
 
-TEST(ErrorHead, TakesWhatIsNoNumberForTheLargest) {
+TEST(ErrorHead, TakesNanForTheLargestError) {
   const auto& head = kSure.inverse_map.error;
   for (const float v : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F}) {
     EXPECT_FLOAT_EQ(head.deviation(0, v, true), std::exp2(0.5F));

@@ -49,7 +49,7 @@ TEST(GatedBatch, ControlAnotherBiasOfOneGateIsSeen) {
   EXPECT_GT((off<32, Arithmetic::kFast>(kModel, other)), 1e-4F);
 }
 
-TEST(GatedBatch, BeginsAPlantAnewWhoseZIsSpoilt) {
+TEST(GatedBatch, RestartsAPlantWithACorruptedZ) {
   testing::UpsetBatch<GatedBatch<std::remove_cvref_t<decltype(kModel)>, 32>> batch{kModel};
   float y[1][32];
   for (float& value : y[0]) value = 0.2F;

@@ -110,7 +110,7 @@ TEST(GatedObserver, WithConstantRatesAndTargetsIsTheExponentialForStepsOfAnyLeng
   expect_exponential<float>(4e-6);
 }
 
-TEST(GatedObserver, StaysBetweenMinusOneAndOneWhateverIsMeasured) {
+TEST(GatedObserver, StaysBetweenMinusOneAndOneForAnyMeasurement) {
   const auto model = gated_model<float>(30.0);  // gates and targets that saturate
   GatedObserver observer(model);
   std::mt19937 random(11);

@@ -207,7 +207,7 @@ TEST(Layout, HasOnePlaceForEachWeight) {
   expect_a_layout_without_collisions<float, 256, 2>();
 }
 
-TEST(Layout, OfGeneratorsIsTheSameAsThatOfCompilers) {
+TEST(Layout, IsTheSameForGeneratorsAndCompilers) {
   constexpr int kIn = 19, kOut = 139;
   std::mt19937 random(3);
   const auto layer = random_layer<float, kIn, kOut>(random);

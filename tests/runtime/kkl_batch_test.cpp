@@ -70,7 +70,7 @@ auto resting_batch(const Model& model) {
   return batch;
 }
 
-TEST(KklBatch, APlantWhoseZOrYIsSpoiltIsOutOfItsDomainAndBeginsAgainAlone) {
+TEST(KklBatch, APlantWithACorruptedZOrYIsOutOfItsDomainAndRestartsAlone) {
   static constexpr auto kModel = model<Activation::kTanh>();
   float y[1][32];
   for (float& value : y[0]) value = 0.2F;

@@ -92,7 +92,7 @@ TEST(KklObserver, RestsAtTheSteadyStateOfAConstant) {
   }
 }
 
-TEST(KklObserver, WarmStartForgetsWhatWasBefore) {
+TEST(KklObserver, WarmStartDropsThePast) {
   Observer used(kModel), fresh(kModel);
   for (int k = 0; k < 50; ++k) ASSERT_EQ(used.step(0.1F * static_cast<float>(k)), StepStatus::kOk);
   (void)used.step(kNan);
@@ -111,7 +111,7 @@ TEST(KklObserver, WarmStartOnABadMeasurementChangesNothingButTheFlags) {
   EXPECT_EQ(observer.save().y[0], 10.0F);
 }
 
-TEST(KklObserver, ResetForgetsEverything) {
+TEST(KklObserver, ResetDropsThePast) {
   Observer observer(kModel);
   const auto fresh = observer.save();
   for (const float y : {1.0F, 99.0F, kNan, kNan, kNan, kNan}) (void)observer.step(y);
@@ -130,7 +130,7 @@ TEST(KklObserver, ResetToAGivenStateStepsOnFromThere) {
   for (int r = 0; r < 3; ++r) EXPECT_EQ(observer.latent()[r], z[r]);
 }
 
-TEST(KklObserver, ResetRefusesWhatIsNotFiniteOrOutOfRange) {
+TEST(KklObserver, ResetRefusesValuesThatAreNotFiniteOrOutOfRange) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   const auto before = observer.save();
@@ -154,7 +154,7 @@ TEST(KklObserver, StepsOverTheSamplePeriodAsOverThatTimeStep) {
   }
 }
 
-TEST(KklObserver, TheDomainOfARelativeOutputIsOfZLessItsSteadyState) {
+TEST(KklObserver, TheDomainOfARelativeOutputAppliesToZMinusItsSteadyState) {
   for (const bool relative : {true, false}) {
     auto model = testing::pair_model<double>(Hold::kFirstOrder, true);
     model.latent.relative[0] = relative;

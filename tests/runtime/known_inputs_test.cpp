@@ -179,7 +179,7 @@ float batch_off_observers() {
       });
 }
 
-TEST(KnownInputs, ABatchGivesWhatAsManyObserversGive) {
+TEST(KnownInputs, ABatchEqualsAsManyObservers) {
   EXPECT_EQ(batch_off_observers<Hold::kZeroOrder>(), 0.0F);
   EXPECT_EQ(batch_off_observers<Hold::kFirstOrder>(), 0.0F);
 }

@@ -41,7 +41,7 @@ TEST(IsFinite, AgreesWithTheExponentOfEveryFloat) {
   EXPECT_TRUE(is_finite(std::numeric_limits<double>::max()));
 }
 
-TEST(Measurement, ThatIsNotFiniteIsReplacedByTheLastGoodOne) {
+TEST(Measurement, IsReplacedByTheLastGoodOneIfNotFinite) {
   for (const float bad :
        {kNan, -kNan, kInf, -kInf, std::bit_cast<float>(0x7f800001U), std::bit_cast<float>(0xffffffffU)}) {
     Observer observer(kModel), repeated(kModel);

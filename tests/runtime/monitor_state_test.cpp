@@ -70,7 +70,7 @@ TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
   }
 }
 
-TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
+TEST(Monitor, RestoresAStateAtTheLimitsOfWatching) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
@@ -131,7 +131,7 @@ TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
   EXPECT_EQ(after([](Watch::State&) {}), Alarm::kNone) << "control";
 }
 
-TEST(Monitor, StaysFiniteWhateverArrives) {
+TEST(Monitor, StaysFiniteForAnyInput) {
   Model m = quiet_model();
   m.missing_limit[0] = 0.5;
   Monitor<Model> monitor(m);

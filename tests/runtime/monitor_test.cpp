@@ -36,7 +36,7 @@ TEST(Monitor, ConstantInnovationReachesItsVarianceAsAnExponential) {
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationVariance, [](int) { return 4.0; }), 7);
 }
 
-TEST(Monitor, PowerOfTheSmoothedInnovationSeesWhatIsOffEitherWay) {
+TEST(Monitor, PowerOfTheSmoothedInnovationSeesErrorsOfEitherSign) {
   // e = sin(k / 20) has mean zero and variance .5; white noise of that size does not pass through the window of 10.
   Model m = quiet_model();
   m.mean_limit[0][0] = 0.5;

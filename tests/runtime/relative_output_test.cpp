@@ -191,7 +191,7 @@ TEST(RelativeOutput, BeyondItsAcceptedRangeOrNotFiniteItIsHeld) {
   EXPECT_EQ(observer.save().y[0], 0.0F);
 }
 
-TEST(RelativeOutput, OfAPlantOfABatchIsThatOfItsObserver) {
+TEST(RelativeOutput, OfAPlantInABatchEqualsThatOfAnObserver) {
   constexpr int kPlants = 37;
   const auto model = encoder_model<float>(64.0);
   std::mt19937 random(8);

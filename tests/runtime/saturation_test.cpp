@@ -66,7 +66,7 @@ void expect_closed_form() {
   EXPECT_GT(outside, 400) << "control: the box was left";
 }
 
-TEST(Saturation, IsTheBoxInEachCoordinateWhateverZIs) {
+TEST(Saturation, IsTheBoxInEachCoordinateForAnyZ) {
   expect_closed_form<float, Arithmetic::kFast>();
   expect_closed_form<float, Arithmetic::kDeterministic>();
   expect_closed_form<double, Arithmetic::kFast>();
@@ -101,7 +101,7 @@ void expect_relative_closed_form() {
   EXPECT_EQ(inside, 1000);
 }
 
-TEST(Saturation, IsOfZLessTheSteadyStateOfAnglesAndExactWithinReach) {
+TEST(Saturation, AppliesToZMinusTheSteadyStateOfAnglesAndIsExactWithinReach) {
   expect_relative_closed_form<float, Arithmetic::kFast>();
   expect_relative_closed_form<float, Arithmetic::kDeterministic>();
   expect_relative_closed_form<double, Arithmetic::kFast>();
@@ -189,7 +189,7 @@ float batch_off_observers(const Base& base) {
                                          KklObserver<Model, kArithmetic>{model}, testing::AnyMeasurement{});
 }
 
-TEST(Saturation, ABatchGivesWhatAsManyObserversGive) {
+TEST(Saturation, ABatchEqualsAsManyObservers) {
   const auto pair = testing::pair_model<float>(Hold::kFirstOrder);
   const auto angle = testing::angle_model<float>();
   EXPECT_EQ((batch_off_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair)), 0.0F);

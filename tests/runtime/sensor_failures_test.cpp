@@ -137,7 +137,7 @@ TEST(SensorFailures, AnObserverStartsWithoutASensorThatMayFailAndNotWithoutAnoth
   EXPECT_EQ(observer.latent()[1], kRest);
 }
 
-TEST(SensorFailures, AnotherSensorThatFailsGoesStaleAllTheSame) {
+TEST(SensorFailures, AnotherFailingSensorGoesStaleToo) {
   const auto model = failing_model<double>();
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0, 1.0}}), StepStatus::kOk);
@@ -174,7 +174,7 @@ float batch_off_observers() {
                                          });
 }
 
-TEST(SensorFailures, ABatchGivesWhatAsManyObserversGive) {
+TEST(SensorFailures, ABatchEqualsAsManyObservers) {
   EXPECT_EQ(batch_off_observers<Arithmetic::kDeterministic>(), 0.0F);
   EXPECT_LE(batch_off_observers<Arithmetic::kFast>(), 1e-5F);  // sums in another order
 }

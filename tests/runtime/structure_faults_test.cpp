@@ -69,7 +69,7 @@ void fuzz(unsigned seed) {
   });
 }
 
-TEST(EveryStructure, StaysFiniteWhateverArrives) {
+TEST(EveryStructure, StaysFiniteForAnyInput) {
   constexpr unsigned kSeed = 20;
   fuzz<float>(kSeed);
   fuzz<double>(kSeed);
@@ -118,7 +118,7 @@ TEST(EveryStructure, RefusesStepsThatItCannotSpan) {
   });
 }
 
-TEST(EveryStructure, RestoresWhatItSavedBitForBitAndContinues) {
+TEST(EveryStructure, RestoresItsStateBitForBitAndContinues) {
   each_structure<float>([](auto& observer) {
     auto other = observer;
     std::mt19937 random(5);

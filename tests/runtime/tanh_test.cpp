@@ -134,7 +134,7 @@ TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverTheFloatsWhereItIsAwaited) 
   expect_good<Pack, Activation::kTanh5e6, How::kAwaited>(kTanh5e6MaxError);
 }
 
-TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverTheFloatsWhereThereAreMany) {
+TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverDenseFloats) {
   expect_good<Pack, Activation::kTanh, How::kMany>(kTanhMaxError);
   expect_good<Pack, Activation::kTanh5e6, How::kMany>(kTanh5e6MaxError);
   expect_good<Pack, Activation::kTanh5e5, How::kMany>(kTanh5e5MaxError);

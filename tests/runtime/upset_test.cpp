@@ -163,7 +163,7 @@ TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
 
 /// Where z does not move it shows nothing: T* of angles reads y, too,
 /// and a y that is no number would be estimated from.
-TEST(Upset, AReadingThatIsNoNumberIsSeenWhereNothingGoodIsMeasured) {
+TEST(Upset, ANanReadingInMemoryIsSeenWithoutAGoodMeasurement) {
   static const auto model = testing::undriven_model<float>(Hold::kFirstOrder);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   using Observer = KklObserver<testing::UndrivenTestModel<float>>;
@@ -185,7 +185,7 @@ TEST(Upset, AReadingThatIsNoNumberIsSeenWhereNothingGoodIsMeasured) {
 }
 
 /// An angle comes out next to the last one, which is none where an observer starts.
-TEST(Upset, AnAngleThatABitHasFlippedIsNotWhatAnObserverStartsNextTo) {
+TEST(Upset, AnObserverDoesNotStartNextToACorruptedAngle) {
   static const auto model = testing::angle_model<float>();
   using Observer = KklObserver<std::remove_const_t<decltype(model)>>;
   for (const float flipped : {std::numeric_limits<float>::quiet_NaN(), 1e38F}) {

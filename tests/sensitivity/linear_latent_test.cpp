@@ -167,7 +167,7 @@ TEST(LinearLatent, FilterMeetsTheRuntimesObserverOnTheSameNumbers) {
   }
 }
 
-TEST(LinearLatent, AClockDecaysFromOneWhateverTheOutputsAre) {
+TEST(LinearLatent, AClockDecaysFromOneForAnyOutputs) {
   LatentShape shape = mixed_shape();
   for (const bool jittered : {false, true}) {
     const std::vector<double> steps = jittered ? std::vector<double>{0.01, 0.035} : std::vector<double>{kPeriod};

@@ -89,7 +89,7 @@ Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matri
   return data;
 }
 
-TEST(Carried, RollsOutWhatFlies) {
+TEST(Carried, TrainingEqualsFlight) {
   // The validation error is of the trainer's roll-out in float, rounding included.
   for (const bool jittered : {false, true})
     for (const char* hold : {"zero_order", "first_order"}) {
@@ -103,7 +103,7 @@ TEST(Carried, RollsOutWhatFlies) {
     }
 }
 
-TEST(Carried, LeastSquaresEstimateWhatShakingHides) {
+TEST(Carried, LeastSquaresEstimateStatesDespiteShaking) {
   const Dataset data = turned_sensor(2, false), unseen = turned_sensor(3, false);
   const codegen::Model model = train(experiment_of("unit_length = true\n", "steps = 0\n"), data, data, {}).model;
   double accelerometer = 0.0, samples = 0.0;
@@ -207,7 +207,7 @@ std::string without(std::string text, const std::string& what, const std::string
   return text.replace(text.find(what), what.size(), instead);
 }
 
-TEST(Carried, RefusesWhatIsNoVectorAndSaysWhatToWrite) {
+TEST(Carried, RefusesChannelsThatAreNoVectorsWithTheRemedy) {
   EXPECT_EQ(refused(text_of("")), "no error");
   EXPECT_THAT(refused(without(text_of(""), "[[log.columns]]\nname = \"c\"\nrole = \"output\"\nunit = \"m/s^2\"\n")),
               HasSubstr("there are 2 outputs"));

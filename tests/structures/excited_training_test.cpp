@@ -63,7 +63,7 @@ TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
   EXPECT_ANY_THROW(mirror_of({"plant.derivative=[\"x2\", \"-x1 - x2 + u^2\"]"})) << "it is not odd in u";
 }
 
-TEST(ExcitedTraining, MirrorLearnsWhatTheInputsDo) {
+TEST(ExcitedTraining, MirrorLearnsTheEffectOfInputs) {
   const auto trained = [](const Experiment& experiment) {
     const TrainingSets sets = simulate_training_sets(experiment);
     return train(experiment, sets.training, sets.validation, {}).model;

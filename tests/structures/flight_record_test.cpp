@@ -111,7 +111,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
   EXPECT_LE((flown - u).cwiseAbs().maxCoeff(), 0.5 * driven.flight.input_step(0));
 }
 
-TEST(FlightRecord, IsWhatTheErrorOfAnExportIsStatedOver) {
+TEST(FlightRecord, IsTheDataForTheErrorOfAnExport) {
   const codegen::Model model = trained_on(test::van_der_pol_set(40, 12.0, 2, 2.0), 0.1);
   EXPECT_GE(codegen::PreparedExport(model).error().recorded, 10000);
 }

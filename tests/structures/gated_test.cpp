@@ -110,7 +110,7 @@ Experiment gated_experiment(const std::string& observer, int steps = 60, const s
   return experiment;
 }
 
-TEST(Gated, RollsOutWhatFlies) {
+TEST(Gated, TrainingEqualsFlight) {
   for (const bool jittered : {false, true}) {
     Dataset data = harmonics({60, 90, 75}, jittered);
     if (jittered) data.trajectories[1].time_s.tail(40).array() += 0.3;  // a gap of seven samples
@@ -215,7 +215,7 @@ TEST(Gated, ThreadsDoNotChangeItsBytes) {
   EXPECT_EQ(one, two);
 }
 
-TEST(Gated, RefusesWhatItHasNoUseFor) {
+TEST(Gated, RefusesUnusedKeys) {
   const auto message = [](const std::string& line) -> std::string {
     return thrown_message([&] { gated_experiment(line + "\n"); });
   };

@@ -90,7 +90,7 @@ Experiment experiment_of(const std::string& structure) {
 
 class EveryStructure : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(EveryStructure, RollsOutWithInputsWhatFlies) {
+TEST_P(EveryStructure, TrainingWithInputsEqualsFlight) {
   const Dataset data = pushed_oscillator(true, 1);
   for (const char* hold : {"zero_order", "first_order"}) {
     Experiment experiment = experiment_of(GetParam());
@@ -163,7 +163,7 @@ std::string refused(const std::string& observer, const std::string& loss) {
   });
 }
 
-TEST(Inputs, WhatTheyCannotMeanIsRefusedWithTheMend) {
+TEST(Inputs, ContradictionsAreRefusedWithTheRemedy) {
   EXPECT_EQ(refused("", ""), "no error") << "control";
   EXPECT_THAT(
       refused("hold = \"zero_order\"\ninput_hold = \"first_order\"\n", ""),

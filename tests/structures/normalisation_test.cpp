@@ -113,7 +113,7 @@ TEST(Normalisation, WithMirrorTheMeansOfOddSignalsVanish) {
     EXPECT_LT(std::abs(normalised.structure.state_mean[i]), kSummation * normalised.structure.state_scale[i]);
 }
 
-TEST(Normalisation, ADroppedTransientIsNeitherOfTheScaleNorOfTheDomain) {
+TEST(Normalisation, ADroppedTransientAffectsNeitherTheScaleNorTheDomain) {
   Experiment experiment = small_experiment();
   experiment.observer.pairs = {};
   experiment.observer.eigenvalues = {-2.0};

@@ -129,7 +129,7 @@ TEST(PriorLanes, GradientsKnowTheSlopesOfFunctionsAndQuotients) {
   EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes 0 within a difference";
 }
 
-TEST(PriorLanes, WhatTheRangeCutsOffHasNoGradient) {
+TEST(PriorLanes, AClampedStateHasNoGradient) {
   PriorProblem problem(40, true, 0.6);
   EXPECT_LT(problem.worst_of_gradient(), 3e-8);
   EXPECT_TRUE(problem.touches_range()) << "control";
@@ -148,7 +148,7 @@ Experiment prior_experiment(const std::string& observer) {
   return experiment;
 }
 
-TEST(Prior, RollsOutWhatFlies) {
+TEST(Prior, TrainingEqualsFlight) {
   for (const bool jittered : {false, true}) {
     Dataset data = harmonics({60, 90, 75}, jittered);
     if (jittered) data.trajectories[1].time_s.tail(40).array() += 0.3;  // a gap of seven samples
@@ -235,7 +235,7 @@ TEST(Prior, SurvivesTheModelFile) {
   EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
 }
 
-TEST(Prior, RefusesWhatItCannotStep) {
+TEST(Prior, RefusesPlantsThatItCannotStep) {
   const std::string plant = "name = \"p\"\n[plant]\nstates = [\"a\", \"b\"]\noutputs = [\"a\"]\n";
   const std::string rest =
       "[simulation]\ninitial_low = [-1.0, -1.0]\ninitial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\n";

@@ -163,7 +163,7 @@ TEST(ObserverGain, PlacesEveryPole) {
   }
 }
 
-TEST(ObserverGain, RefusesWhatTheOutputsCannotSee) {
+TEST(ObserverGain, RefusesUnobservableStates) {
   const MatrixXd a = MatrixXd::Identity(2, 2);  // two equal modes, one output
   EXPECT_THAT(thrown_message([&] { place_poles(a, MatrixXd::Ones(1, 2), VectorXd::Constant(2, -1.0)); }),
               HasSubstr("cannot all be seen"));

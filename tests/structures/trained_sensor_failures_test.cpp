@@ -149,7 +149,7 @@ TEST(FailingSensors, RollOutAsTheyFly) {
   }
 }
 
-TEST(FailingSensors, AreMissingInTheShareOfTheSegmentsThatIsAskedFor) {
+TEST(FailingSensors, AreMissingInTheDeclaredShareOfTheSegments) {
   const Dataset data = two_sensors(1);
   Experiment experiment = failing_experiment("may_fail = [\"good\"]\n");
   experiment.training.dropout = 0.4;
@@ -182,7 +182,7 @@ std::string refusal(const std::string& observer) {
   return thrown_message([&] { parse_experiment(experiment_text(observer, ""), "f.toml"); });
 }
 
-TEST(FailingSensors, WhatCannotBeIsRefusedWithTheFix) {
+TEST(FailingSensors, ImpossibleSettingsAreRefusedWithTheRemedy) {
   using ::testing::HasSubstr;
   EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is not an output; there is: good, poor"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"good\"]\n"), HasSubstr("twice; remove one"));

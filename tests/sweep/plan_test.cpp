@@ -100,7 +100,7 @@ struct Refusal {
 
 class RefusedPlan : public testing::TestWithParam<Refusal> {};
 
-TEST_P(RefusedPlan, SaysWhereAndWhatToDo) {
+TEST_P(RefusedPlan, NamesThePlaceAndTheRemedy) {
   const std::string message = thrown_message([&] { parse(GetParam().text); });
   EXPECT_THAT(message, HasSubstr(GetParam().message));
 }
@@ -201,7 +201,7 @@ TEST(SweepShards, HaveEveryJobOnce) {
   }
 }
 
-TEST(SweepShards, RefuseWhatIsNoPart) {
+TEST(SweepShards, RefuseAnImpossiblePart) {
   for (const char* text :
        {"", "3", "4/4", "-1/4", "0/0", "1/", "/4", "1/4x", "a/b", "99999999999999999999/4", "0 /4"}) {
     EXPECT_THAT(thrown_message([&] { parse_shard(text); }), HasSubstr("--shard 0/4 for the first of four"));

@@ -73,7 +73,7 @@ TEST(SweepResults, AreARowForEachJob) {
                 all[2].name + ",,\"\"\"a,\\\"\"b\\\"\"\"\"\",,missing,,,,,\n");
 }
 
-TEST(SweepResults, SayWhatFailedAndWhatIsMissing) {
+TEST(SweepResults, NameFailedAndMissingJobs) {
   const auto all = planned("[grid]\na = [1, 2, 3]\n");
   const std::vector<JobResult> results = {
       done(0.25, 10, 20), {.status = JobStatus::kFailed, .message = "diverged"}, {}};
@@ -136,7 +136,7 @@ TEST(SearchRecord, ComesBackFromItsFile) {
   EXPECT_DOUBLE_EQ(*found.rungs[0][2].error, 0.4);
 }
 
-TEST(SearchRecord, RefusesWhatItCannotBe) {
+TEST(SearchRecord, RefusesImpossibleSettings) {
   const std::string good = to_json(record(0.3, 0.2));
   const auto error_of = [](const std::string& text) -> std::string {
     return thrown_message([&] { (void)search_record_from_json(text, "runs/auto.json"); });
@@ -169,7 +169,7 @@ TEST(SearchRecord, ChoosesTheLeastErrorOfTheLastRung) {
   EXPECT_EQ(without.chosen().candidate, 2U) << "candidate 0 is no more than a draw here";
 }
 
-TEST(SearchText, TellsWhatWasFoundAndWhatItIsBeside) {
+TEST(SearchText, TellsTheWinnerAndItsAlternatives) {
   SearchStory story{"nlo train x --auto", "x", "", record(0.3, 0.2)};
   const std::string text = search_text(story);
   EXPECT_THAT(text,

@@ -132,7 +132,7 @@ TEST(Search, VariesTimeScalesWidthsAndRates) {
                          HasSubstr("training.eigenvalue_learning_rate"), HasSubstr("observer.units = ")));
 }
 
-TEST(Search, TellsWhatIsDifferent) {
+TEST(Search, NamesTheDifferences) {
   const Experiment base = shipped("van_der_pol");
   Experiment other = base;
   other.inverse_map.hidden = {16};

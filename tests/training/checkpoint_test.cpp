@@ -48,7 +48,7 @@ std::string message_of(const std::string& path, const CheckpointOwner& owner = k
   return "no error";
 }
 
-TEST(Checkpoint, ReadsBackWhatWasWritten) {
+TEST(Checkpoint, ReadsItsOwnBytes) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   const TrainingState state = some_state();
@@ -82,7 +82,7 @@ TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
   }
 }
 
-TEST(Checkpoint, RefusesEveryTruncationAndWhatIsNoCheckpoint) {
+TEST(Checkpoint, RefusesEveryTruncationAndOtherFiles) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);

@@ -77,7 +77,7 @@ TEST(NoProgress, AClosedFormThatStepsCannotImproveIsASuccessAndSaysSo) {
   EXPECT_EQ(run(experiment).outcome, TrainOutcome::kNoProgress) << "control: there is no closed form";
 }
 
-TEST(NoProgress, OfAMirrorThatIsNoneNamesTheChannelThatIsOffCentre) {
+TEST(NoProgress, WithAWrongMirrorNamesTheChannelThatIsOffCentre) {
   Experiment experiment = small_experiment();
   experiment.inverse_map.linear_path = true;
   experiment.training.learning_rate = 30.0;

@@ -29,7 +29,7 @@ void in_units_of(const std::vector<float>& scale, codegen::Model& model, Dataset
   for (Trajectory& run : dataset.trajectories) run.states.array().colwise() /= units.array();
 }
 
-TEST(Objective, ErrorIsThatOfTheModelRunPlainly) {
+TEST(Objective, ErrorEqualsThatOfThePlainModel) {
   // Training and the model that it writes agree: the float32 of the filter and of T*, and nothing else, between them.
   constexpr double kTolerance = 2e-6;
   constexpr double kOdeTolerance = 1e-5;  // long steps of jittered samples are split when flown: RK4's own error
@@ -146,7 +146,7 @@ TEST(Objective, IntegralIsTheMeanTimesTheMeanLengthOfTheSegments) {
   }
 }
 
-TEST(Objective, ALogarithmCountsEightRunsAsMuchAsTheNextWhateverTheirErrors) {
+TEST(Objective, ALogarithmWeighsGroupsEquallyForAnyErrors) {
   // |x - x_hat|^2 = 1e-2 in the first eight of 11 runs and 100 in the other three: the mean of both logarithms.
   Experiment experiment = full_batch();
   experiment.loss.reduction = Reduction::kLogarithm;

@@ -126,7 +126,7 @@ TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
   EXPECT_LE(selected.validation_rmse, network.validation_rmse);
 }
 
-TEST(Readout, SaysWhatWasChosen) {
+TEST(Readout, NamesTheChoice) {
   Readout readout{{.state = "p", .share = 0.0}, {.state = "v", .share = 1.0}, {.state = "w", .share = 0.35}};
   EXPECT_EQ(readout_fact(readout), "linear row: p; network: v; 0.35 network: w");
   readout = {{.state = "p"}, {.state = "v"}};

@@ -160,7 +160,7 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
   EXPECT_THAT(error_of(blind, training_set(), validation_set()), HasSubstr("eigenvalues"));
 }
 
-TEST(Train, RefusesToStartFromWhatIsNotFinite) {
+TEST(Train, RefusesAStartThatIsNotFinite) {
   Experiment unstable = small_experiment();
   unstable.observer.hold = Hold::kRk4;
   unstable.observer.eigenvalues = {-200.0};  // 10 per sample period

@@ -74,7 +74,7 @@ TEST(Calibration, OfNormalErrorsGivesTheNormalFactors) {
   EXPECT_NEAR(head.factor_95(0), kNormal95, 5.0 * 0.0132);
 }
 
-TEST(Calibration, MendsASigmaOfAnySizeAndErrorsOfAnyTail) {
+TEST(Calibration, CorrectsASigmaOfAnySizeAndErrorsOfAnyTail) {
   std::student_t_distribution<double> student(2.0);
   const auto draw = [&](auto& random) { return student(random); };
   const ErrorSamples fresh = samples_of(draw, 3);
@@ -88,7 +88,7 @@ TEST(Calibration, MendsASigmaOfAnySizeAndErrorsOfAnyTail) {
   }
 }
 
-TEST(Calibration, IsOfTheHardLogsHoweverManyEasyOnesThereAre) {
+TEST(Calibration, FollowsTheHardLogsAmongAnyNumberOfEasyOnes) {
   const ErrorScores easy{MatrixXd::Constant(1, 900, 1.0), VectorXd::Ones(900)};
   const ErrorScores hard{MatrixXd::Constant(1, 100, 5.0), VectorXd::Ones(100)};
   codegen::ErrorHead head = head_of(1.0);

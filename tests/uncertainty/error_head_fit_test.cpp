@@ -118,7 +118,7 @@ TEST(ErrorHead, OfALinearPlantReachesTheDeviationOfTheLyapunovEquation) {
   }
 }
 
-TEST(ErrorHead, LeavesOutWhatLiesOutsideOfTheDomain) {
+TEST(ErrorHead, LeavesOutSamplesOutsideOfTheDomain) {
   const codegen::Model m = linear_observer();
   ErrorSamples samples = run_observer(m, 15.0, 1);
   const codegen::ErrorHead before = fit_error_head(samples, samples);
