@@ -1,5 +1,5 @@
-# What a cross build of this tree makes (presets cortex-*, aarch64, riscv*): the programs that run on the target. The
-# trainer and `nlo export` stay on the host.
+# Cross builds of this tree (presets cortex-*, aarch64, riscv*): the programs that run on the target. The trainer and
+# `nlo export` stay on the host.
 set(NLO_PROGRAM ${PROJECT_SOURCE_DIR}/build/release/trainer/nlo CACHE FILEPATH "`nlo` of the host, which exports the models")
 if(NOT EXISTS ${NLO_PROGRAM})
   message(FATAL_ERROR "There is no ${NLO_PROGRAM}. Build `nlo` for this machine first (cmake --preset release && cmake "

@@ -1,6 +1,5 @@
-# What a user gets from `cmake --install`: the runtime's headers, the program, the experiments to start from,
-# find_package(nlo) and pkg-config. The trainer's libraries stay inside: their interface is
-# the program. Components: runtime, program, and those of bindings, model and
+# Installs the runtime's headers, the program, experiments to start from, and files for find_package(nlo) and pkg-config.
+# The trainer's libraries are not installed: their interface is the program. Components: runtime, program, and those of bindings, model and
 # python. NloPackage.cmake makes a package of each.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)

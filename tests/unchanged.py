@@ -105,7 +105,7 @@ def run_ctest(build, arguments):
         by_name = {test["name"]: test for test in tests}
         for case in xml.etree.ElementTree.parse(results).iter("testcase"):
             passed.pop(case.get("name"), None)
-            # What a test was given may have been made by the one before it: the key is that of now.
+            # An earlier test may have made the input of this one, so the key is computed now.
             if case.get("status") == "run" and (now := key(by_name[case.get("name")])) is not None:
                 passed[case.get("name")] = now
         stamp.write_text(json.dumps(passed, indent=0, sort_keys=True))

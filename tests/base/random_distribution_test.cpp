@@ -61,7 +61,7 @@ double kolmogorov_smirnov_limit(long count) {
   return 2.23 / std::sqrt(static_cast<double>(count));
 }
 
-// Of a moment's own standard error: 1 in 2e6 for a fair generator, and the seed is fixed.
+// In standard errors of a moment: 1 in 2e6 for a fair generator, and the seed is fixed.
 constexpr double kSigmas = 5.0;
 
 TEST(RandomLanes, UniformNumbersAreUniformOnZeroToOne) {

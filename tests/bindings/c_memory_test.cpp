@@ -118,7 +118,7 @@ TEST(StepMemory, ARefusalInALoopHarmsNothing) {
   const Model m = driven_model();
   const ModelPointer model = loaded(to_json(m));
   const ObserverPointer observer(nlo_observer_create(model.get(), NLO_FLOAT));
-  EXPECT_STREQ(nlo_last_error(), "");  // of making it
+  EXPECT_STREQ(nlo_last_error(), "");  // no error when it was made
   Flown flown(m);
   double sigma = 0.0;
   for (int times = 0; times < 100; ++times) {

@@ -19,7 +19,7 @@ library=$(find "$work/prefix" -name 'libnlo-model.so')
 directory=$(dirname "$library")
 export PKG_CONFIG_PATH="$directory/pkgconfig" LD_LIBRARY_PATH="$directory"
 
-# What it shows and what it needs.
+# Its visible names and the libraries that it needs.
 nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^nlo_/ { print; bad = 1 } END { exit bad }' || fail 'other names are to be seen'
 declared=$(grep -c '^NLO_API' "$source/bindings/c/nlo_model.h")
 shown=$(nm -D --defined-only "$library" | grep -c ' T nlo_')

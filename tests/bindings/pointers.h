@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the C interface makes, freed at the end of a scope.
+// Objects of the C interface that are freed at the end of a scope.
 #pragma once
 
 #include <memory>

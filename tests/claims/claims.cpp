@@ -30,7 +30,7 @@ using nlo::trainer::shell_word;
 struct Options {
   bool quick = false, update = false, tables = false, resume = false;
   std::string ledger = NLO_SOURCE_DIR "/docs/results.toml", data = NLO_SHARED_DATA_DIR, only;
-  std::string command;  ///< that goes on when it was interrupted
+  std::string command;  ///< command that continues after an interruption
   Tools tools{NLO_PROGRAM, NLO_COMPILER, NLO_SOURCE_DIR "/runtime/include", NLO_SOURCE_DIR, "build/claims"};
 };
 
@@ -156,7 +156,7 @@ class Claims {
  private:
   bool wanted(const std::string& id) const { return id.starts_with(options_.only); }
 
-  /// Those to be made again.
+  /// The claims to be made again.
   std::vector<Claim*> claims_of(const Experiment& experiment) {
     std::vector<Claim*> claims;
     if (options_.quick && !experiment.quick) return claims;

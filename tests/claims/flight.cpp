@@ -34,7 +34,7 @@ using trainer::Trajectory;
 constexpr int kRuns = 8;
 constexpr unsigned long long kSeed = 1;
 
-/// What is flown: truth, and what the sensors show of it.
+/// The flown runs: the truth and the sensors' readings.
 struct Flights {
   Dataset truth;
   std::vector<Eigen::MatrixXd> measured;

@@ -10,7 +10,7 @@
 
 namespace nlo::claims {
 
-/// Where things are: programs, and the folder to work in.
+/// Paths of programs and of the folder to work in.
 struct Tools {
   std::string nlo, compiler, runtime, source;  ///< `runtime`: folder of nlo/*.h; `source`: of this repository
   std::string work;

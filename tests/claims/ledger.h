@@ -11,7 +11,7 @@
 
 namespace nlo::claims {
 
-/// What is trained: `nlo train TRAIN --set SET... --seed N`, N = 1 to `seeds`.
+/// A training: `nlo train TRAIN --set SET... --seed N`, N = 1 to `seeds`.
 struct Experiment {
   std::string id;
   std::string train;  ///< a shipped name, or a file of this repository: of a page its first block of TOML
@@ -20,7 +20,7 @@ struct Experiment {
   int seeds = 3;
   bool quick = false;                 ///< part of the quick run, with one seed: its claims that are not `slow`
   std::vector<std::string> set = {};  ///< section.key=value
-  std::vector<std::string> flight_inputs = {};  ///< what excites the plant in flight
+  std::vector<std::string> flight_inputs = {};  ///< excitation of the plant in flight
   std::string flight_noise = "none";
   bool trains_on_data = true;  ///< false: it simulates, and the logs are for its tests alone
   bool watched = false;        ///< the model gets a monitor, too
@@ -61,7 +61,7 @@ struct Ledger {
 /// neither tolerance nor limit.
 Ledger read_ledger(const std::string& text, const std::string& file);
 
-/// The same entries with their latest figures; reads back to the same ledger.
+/// Writes the entries with their latest figures. Reading the text gives the same ledger.
 std::string write_ledger(const Ledger& ledger);
 
 /// Value and spread as nlo itself prints them: "0.0881 ± 0.00040".

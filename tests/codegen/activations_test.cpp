@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 
 class EachActivation : public ::testing::TestWithParam<ActivationRow> {
  protected:
-  static constexpr double kStep = 1e-5;        // of central differences
+  static constexpr double kStep = 1e-5;        // step of central differences
   static constexpr double kDifference = 1e-8;  // their error: kStep^2 times a third derivative of 4 at most
   const ActivationRow& row() const { return GetParam(); }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The texts of C99 exports; compile_c99.sh compiles and runs them.
-// What is in the folders for package managers; compile_libraries.sh compiles them.
+// Tests of the texts of C99 exports (compile_c99.sh compiles and runs them) and of the folders for package managers
+// (compile_libraries.sh compiles them).
 #include "codegen/targets/c99.h"
 
 #include <gmock/gmock.h>

@@ -16,7 +16,7 @@ mkdir "$work/cpp" "$work/single"
 warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror)
 strict=(-std=c99 "${warnings[@]}" -Wstrict-prototypes -Wmissing-prototypes)
 
-# What C99 is written for; a structure that is new may be refused.
+# Lists the examples that C99 is written for. A new structure may be refused.
 examples() {
   local example
   for example in $("$export_model"); do
@@ -170,7 +170,7 @@ fi
 echo 'float fmodf(float, float); float control(float x); float control(float x) { return fmodf(x, 2.0f); }' >"$work/control.c"
 "$cc" "${strict[@]}" -O2 -c "$work/control.c" -o "$work/control.o"
 [ -n "$(nm -u "$work/control.o")" ] || { echo 'FAILED  a call went unseen' && failed=1; }
-# Where floats are computed with more digits, the file says that its bits would be others.
+# If floats are computed with more digits, the file refuses to compile, because its bits would differ.
 if "$cc" -mfpmath=387 -E -x c /dev/null >/dev/null 2>&1; then
   if "$cc" -std=c99 -mfpmath=387 -c "${sources[0]}" -o "$work/x87.o" 2>"$work/x87.txt"; then
     echo 'FAILED  C99 compiles for an x87' && failed=1

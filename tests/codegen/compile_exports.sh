@@ -65,7 +65,7 @@ while read -r name mismatch; do
   [ "$mismatch" -eq -1 ] || { echo "$name: sample $mismatch is answered otherwise than by the equations"; failed=1; }
 done < <("$work/main")
 
-# What headers state of their size is for targets without vectors.
+# Headers state their size for targets without vectors.
 {
   echo "#include <cstdio>"
   for entry in "${exports[@]}"; do echo "#include \"${entry%%:*}.h\""; done

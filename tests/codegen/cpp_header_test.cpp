@@ -159,7 +159,7 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
 }
 
 TEST(CppHeader, RefusesNumbersBeyondFloat) {
-  Model m = luenberger_model();  // where readings lead z is not bounded ahead: the runtime looks at each step
+  Model m = luenberger_model();  // its z has no bound in advance: the runtime checks it in each step
   Network& g = std::get<Luenberger>(m.structure).nonlinearity;
   g.layers[0].weights(2, 1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));

@@ -30,7 +30,7 @@ class Directory : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return base_.path(name); }
 
-  /// What check and write have to say, the same of both.
+  /// The message of check and write, which must be the same.
   std::string refusal(const std::string& name) const {
     std::string said = "none";
     try {

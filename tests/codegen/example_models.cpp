@@ -291,7 +291,7 @@ Model contracting_gated_model() {
   Model m = gated_model();
   m.name = "contracting_gated";
   Gated& own = std::get<Gated>(m.structure);
-  // What reads z is small enough to be proven.
+  // Weights on z are small enough for the proof.
   own.gates.layers[0].weights.leftCols(5) *= 0.02;
   own.candidate.layers[0].weights.leftCols(5) *= 0.1;
   own.contraction = find_contraction(m, own);
@@ -353,7 +353,7 @@ Model commanded_model() {
   map = random_network({7, 16, 12, 2}, 51, 1.1);
   map.features = Eigen::MatrixXd::Zero(7, 8);
   map.features.leftCols(5).topRows(5).setIdentity();
-  map.features(0, 5) = -1.0;  // of y: z - y
+  map.features(0, 5) = -1.0;  // reads z - y
   map.features(5, 6) = map.features(6, 7) = 1.0;
   map.feature_scale << 1.0, 1.0, 6.0, 0.6, 0.5, 6.0, 0.6;
   map.skip = Uniform(52).matrix(2, 7, 0.3);
@@ -427,7 +427,7 @@ Model failing_model() {
   map = random_network({9, 16, 12, 2}, 53, 1.1);
   map.features = Eigen::MatrixXd::Zero(9, 10);
   map.features.leftCols(5).topRows(5).setIdentity();
-  map.features(0, 5) = -1.0;  // of y: z - y
+  map.features(0, 5) = -1.0;  // reads z - y
   for (int i = 0; i < 4; ++i) map.features(5 + i, 6 + i) = 1.0;
   map.feature_scale << 1.0, 1.0, 6.0, 2.0, 0.5, 2.0, 6.0, 0.6, 0.5;
   return m;
@@ -451,7 +451,7 @@ Model computed_model() {
   Model m = failing_model();
   m.name = "computed";
   m.outputs.push_back({"power", "W", 0.0, "0.5 * y1 * voltage"});
-  m.outputs.push_back({"drag", "", 0.0, "y2^2 - (y1 - 2) * brake / 4"});  // of what may be missing
+  m.outputs.push_back({"drag", "", 0.0, "y2^2 - (y1 - 2) * brake / 4"});  // computed from outputs that may be missing
   m.output_min = Eigen::Vector4d(-3.0, -1.0, -18.0, -1.0);
   m.output_max = Eigen::Vector4d(3.0, 5.0, 18.0, 26.0);
   m.failures = {.outputs = {1, 3}, .rest = Eigen::Vector2d(1.5, 2.0), .staleness_s = 0.1};
@@ -467,7 +467,7 @@ Model computed_model() {
   map = random_network({12, 16, 12, 2}, 59, 1.1);
   map.features = Eigen::MatrixXd::Zero(12, 13);
   map.features.leftCols(5).topRows(5).setIdentity();
-  map.features(0, 5) = -1.0;  // of y1: z - y
+  map.features(0, 5) = -1.0;  // reads z - y1
   for (int i = 0; i < 7; ++i) map.features(5 + i, 6 + i) = 1.0;
   map.feature_scale << 1.0, 1.0, 9.0, 2.0, 0.5, 2.0, 9.0, 9.0, 6.0, 0.6, 0.5, 0.5;
   return m;
@@ -530,7 +530,7 @@ Model commanded_general_model() {
 
 Model commanded_gated_model() {
   Model m = with_input(gated_model(), "commanded_gated", Hold::kZeroOrder);
-  Network map = random_network({5, 2}, 56, 1.1);  // of z alone
+  Network map = random_network({5, 2}, 56, 1.1);  // reads z alone
   map.features = Eigen::MatrixXd::Identity(5, 8);
   m.structure = Gated{random_network({8, 10}, 54, 0.8), random_network({8, 5}, 55, 0.9), map};
   return m;

@@ -14,7 +14,7 @@ namespace nlo::codegen {
 /// The paper's network: one output, three real eigenvalues, T* 3-50x4-2, tanh, no feed-through.
 Model paper_model();
 
-/// What a real rig asks for: an angle and a plain output, complex pairs, real eigenvalues, a clock, a linear path, the
+/// A model as of a real rig: an angle and a plain output, complex pairs, real eigenvalues, a clock, a linear path, the
 /// plain output fed through to T*, the angle only as z - y; starts at the steady state of the first output.
 Model rig_model();
 
@@ -64,8 +64,8 @@ Model failing_rig_model();
 /// `failing_model` with two more outputs, computed of outputs and inputs; `gated_model` with the product of its two.
 Model computed_model();
 Model computed_gated_model();
-Model saturating_model();      // of z
-Model saturating_rig_model();  // of z less S y of an angle
+Model saturating_model();      // saturates z
+Model saturating_rig_model();  // saturates z - S y for an angle y
 
 /// The other structures with a known input: (15) with B u, (11) with F(z, y, u).
 Model commanded_luenberger_model();
@@ -80,7 +80,7 @@ Model carried_model();
 
 /// A driven Van der Pol oscillator as the prior, two outputs, one input; four units, T* 9-8-2.
 Model prior_model();
-/// The same by equations that name each function and divide.
+/// A model with equations that use every function and a division.
 Model prior_functions_model();
 
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.

@@ -71,7 +71,7 @@ TEST(FlightInModelFile, ComesBackWithEveryStructure) {
     ASSERT_EQ(read.flight.runs.size(), 3U);
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_EQ(read.flight.runs[i].outputs, m.flight.runs[i].outputs);
-      // What there is none of may come back as 0 x 0.
+      // Absent inputs may come back as 0 x 0.
       ASSERT_EQ(read.flight.runs[i].inputs.size(), m.flight.runs[i].inputs.size());
       if (m.flight.runs[i].inputs.size() > 0) {
         EXPECT_EQ(read.flight.runs[i].inputs, m.flight.runs[i].inputs);

@@ -112,8 +112,8 @@ TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation)
 }
 
 TEST(ReferenceObserver, GatedStepIsTheEquationOfItsHeader) {
-  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power,
-  // where neither overflows.
+  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power, for arguments that do
+  // not overflow.
   const Model m = gated_model();
   const Gated& own = own_part<Gated>(m);
   const ReferenceNetwork<double> gates(own.gates), candidate(own.candidate);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What validation says about each field of each structure. A row spoils one thing in a good model.
+// Messages of validation for each field of each structure. A row breaks one field of a good model.
 #include "codegen/model_file/validate.h"
 
 #include <gmock/gmock.h>

@@ -18,7 +18,7 @@ struct BadInput {
   std::vector<std::string> arguments;
   int exit_code;
   std::string message;
-  std::string file = {}, text = {};  ///< what is written before, over the fixture's file of that name
+  std::string file = {}, text = {};  ///< a file to write first, over the fixture's file of that name
 
   friend void PrintTo(const BadInput& row, std::ostream* out) { *out << row.name; }
 };
@@ -157,7 +157,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("NameIsAPath", {"export", "model.json", "--name", "../x", "-o", "x"}, "not an identifier"),
       usage("SimulateLogs", {"simulate", "log.toml", "-o", "x.csv"}, "has no [plant] to simulate"),
 
-      // Where to write
+      // Output paths
       usage("OutputDirectoryIsAFile", {"train", "tiny.toml", "-o", "tiny.toml"}, "tiny.toml is a file"),
       usage("OutputBelowAFile", {"train", "tiny.toml", "-o", "tiny.toml/x"}, "tiny.toml is a file"),
       usage("OutputDirectoryCannotBeMade", {"train", "tiny.toml", "-o", std::string(300, 'x')},

@@ -58,7 +58,7 @@ std::string page(const std::string& file) {
   return text.str();
 }
 
-/// What is between `from` and the next `to`.
+/// Returns the text between `from` and the next `to`.
 std::string between(const std::string& text, const std::string& from, const std::string& to) {
   const auto start = text.find(from);
   const auto end = start == std::string::npos ? start : text.find(to, start + from.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run's folder outlives: a second program in it, a checkpoint of elsewhere, names that are no plain words.
+// Events that a run's folder survives: a second program in it, a foreign checkpoint, unusual names.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

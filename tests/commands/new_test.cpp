@@ -121,7 +121,7 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
 
 TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
   const Scratch scratch;
-  for (int log = 0; log < 6; ++log) {  // of which four train
+  for (int log = 0; log < 6; ++log) {  // four of them train
     std::string text = "t,gyro,speed,x\n";
     for (int k = 0; k < 300; ++k) {
       const double t = 0.05 * k + 11.0 * log, gyro = std::sin(0.9 * t), speed = 2.0 + std::cos(0.53 * t);

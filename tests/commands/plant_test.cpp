@@ -64,7 +64,7 @@ struct Columns {
   std::vector<double> angle, measured, omega;
 };
 
-/// Of `nlo simulate`: trajectory,time,angle,angle_measured,theta,omega.
+/// Columns of `nlo simulate`: trajectory,time,angle,angle_measured,theta,omega.
 Columns columns_of(const std::string& csv) {
   Columns columns;
   std::istringstream lines(csv);

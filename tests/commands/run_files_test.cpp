@@ -151,7 +151,7 @@ class Stdout : public testing::Test {
     scratch_.write("tiny.toml", kTinyExperiment);
     EXPECT_EQ(scratch_.run({"train", "tiny.toml", "-o", "run", "-q", "--set", "training.steps=3"}).exit_code, 0);
   }
-  /// The same file by its name and by stdout.
+  /// Expects the same text in the file and on stdout.
   void expect_same(std::vector<std::string> command, const std::string& file) {
     command.insert(command.end(), {"-o", file});
     scratch_.ok(command);

@@ -28,7 +28,7 @@ const MatrixXd& truth(const ComparedRuns& runs, std::size_t i) {
   return runs.set.trajectories[i].states;
 }
 
-/// Of what was measured from what there was.
+/// RMS of the measurements' errors.
 double error_rms(const ComparedRuns& runs) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < runs.outputs.size(); ++i) {

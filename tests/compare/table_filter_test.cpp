@@ -59,8 +59,8 @@ Dataset runs_of(const Experiment& e, const LoopEstimators& estimators) {
   return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(3, SeedStream::kTest), 6, 1.0, {}, estimators);
 }
 
-// What an independent prototype measured with the exact model, Q = 1e-6, 200 runs of 50 s: the reference values of the
-// protocol. The band covers another draw of the initial states and of the noise, which the first second dominates.
+// Results of an independent prototype with the exact model, Q = 1e-6, 200 runs of 50 s: the reference values of the
+// protocol. The band covers another draw of initial states and noise, which the first second dominates.
 struct Reference {
   NoiseConfig noise;
   double norm, tolerance;

@@ -35,7 +35,7 @@ OF_KERNELS = ("activation", "gated_batch", "jvp", "kernels", "kkl_batch", "mlp",
 LEFT_OUT = ("dispatch", "constant_time")  # other programs' headers; valgrind's business
 CODE = 0  # the kind of a region that runs
 NO_INT16 = ("tiny_silu", "carried", "prior", "driven_error", "commanded_pendulum")
-# Of each structure, in each scalar: plain, with inputs, with sensors that may fail, saturating.
+# Variants of each structure in each scalar: plain, with inputs, with sensors that may fail, saturating.
 PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") for example in (
     "rig", "linear", "tiny_zero_order", "tiny_relu", "tiny_silu", "commanded", "failing", "failing_rig", "saturating",
     "saturating_rig", "gated", "commanded_gated", "failing_gated", "carried", "prior", "driven_error", "commanded_pendulum",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the tests of the loader share: columns in one line, a small log of
-// a rig that does not exist, and a fixture that loads one log from a text.
+// Helpers for tests of the loader: columns in one line, a small log of an invented rig, and a fixture that loads one
+// log from a text.
 #pragma once
 
 #include <gtest/gtest.h>

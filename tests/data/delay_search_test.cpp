@@ -131,7 +131,7 @@ TEST(Delayed, MovesARampAndASinusoidByAFraction) {
   const double delay_s = 0.0237;
   const Eigen::VectorXd ramp = delayed(time_s, 3.0 * time_s, delay_s),
                         wave = delayed(time_s, (5.0 * time_s.array()).sin().matrix(), delay_s);
-  constexpr double kChord = 5.0 * 5.0 * kRow_s * kRow_s / 8.0;  // of the line between samples
+  constexpr double kChord = 5.0 * 5.0 * kRow_s * kRow_s / 8.0;  // largest error of a line between samples
   for (Eigen::Index k = 3; k < time_s.size(); ++k) {
     ASSERT_NEAR(ramp[k], 3.0 * (time_s[k] - delay_s), 1e-12);
     ASSERT_NEAR(wave[k], std::sin(5.0 * (time_s[k] - delay_s)), 1.001 * kChord);

@@ -116,7 +116,7 @@ TEST_F(LogChecks, WrapThatAlwaysWraps) {
 
 TEST_F(LogChecks, LoggedVelocityThatLags) {
   double rate = 0.0, last = swing(0.0);
-  const auto logged = [&](double t) {  // what many rigs do
+  const auto logged = [&](double t) {  // as on many rigs
     rate = 0.8 * rate + 0.2 * (swing(t) - last) / kPeriod_s;
     last = swing(t);
     return rate;

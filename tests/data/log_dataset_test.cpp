@@ -98,7 +98,8 @@ TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
     ASSERT_NEAR(run.outputs(0, k), std::sin(SyntheticLog::angle(log_.time_s(k))), kPrinted);
     ASSERT_NEAR(run.outputs(1, k), std::cos(SyntheticLog::angle(log_.time_s(k))), kPrinted);
   }
-  EXPECT_NEAR(run.states(0, 300), SyntheticLog::velocity(log_.time_s(300)), 1e-3);  // of the angle, not of its sine
+  EXPECT_NEAR(run.states(0, 300), SyntheticLog::velocity(log_.time_s(300)),
+              1e-3);  // rate of the angle, not of its sine
 }
 
 TEST_F(LogDataset, EveryNthRowKeepsTheVelocityOfAllRows) {

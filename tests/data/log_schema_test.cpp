@@ -60,7 +60,7 @@ TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnes) {
   EXPECT_EQ(schema.output_channels[2].name, "v");
   EXPECT_EQ(schema.output_channels[3].name, "p");
   EXPECT_EQ(schema.output_channels[4].expression, "v * u^3");
-  EXPECT_EQ(schema.outputs.size(), 2u);  // of the file
+  EXPECT_EQ(schema.outputs.size(), 2u);  // both are in the file
 }
 
 TEST(LogSchema, RefusesComputedOutputsThatFlightCouldNotCompute) {

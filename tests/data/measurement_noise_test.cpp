@@ -86,7 +86,7 @@ TEST(MeasurementNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
   const NoiseConfig noise{NoiseKind::kGaussian, 20.0};
   const Eigen::MatrixXd expected = MeasurementNoise(noise, 3, 0).on(plain);
   const Eigen::MatrixXd measured = MeasurementNoise(noise, 3, 0).on(encoded, {{0, 360.0}});
-  // The same draws: the sine and the cosine of the angle that a plain sensor shows.
+  // With equal draws: the sine and the cosine of the angle that a plain sensor shows.
   EXPECT_LE((measured.row(0).array() - (kDegree * expected.row(0).array()).sin()).abs().maxCoeff(), 1e-13);
   EXPECT_LE((measured.row(1).array() - (kDegree * expected.row(0).array()).cos()).abs().maxCoeff(), 1e-13);
   EXPECT_EQ(measured.row(2), expected.row(1));

@@ -18,7 +18,7 @@ namespace nlo::trainer {
 struct PendulumLog {
   const char* file;
   unsigned seed;
-  double angle, rate;        ///< where it is thrown [rad, rad/s]
+  double angle, rate;        ///< start of the throw [rad, rad/s]
   double clock_s;            ///< the first time stamp
   double gap_from_s, gap_s;  ///< samples that were lost; none when gap_s is 0
 };

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
 constexpr double kRate_hz = 250.0;
-constexpr double kFilterRounding = 1e-9;  // of a recursion over some hundred samples of size one
+constexpr double kFilterRounding = 1e-9;  // rounding of a recursion over some hundred samples of size one
 constexpr Index kSettled = 200;           // samples after which an end's transient is below rounding at 25 Hz of 250 Hz
 
 double gain_at(const std::vector<FilterSection>& sections, double frequency_hz) {

@@ -130,7 +130,7 @@ TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
 
 TEST(EvaluateLogs, AnAngleOfTwoStatesIsComparedAsWell) {
   LogSchema schema = swing_schema();
-  schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // of dq and hidden: any two will do
+  schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // dq and hidden; any two would do
   const LogEvaluation result = evaluate_on_logs(differentiator(1.0), swing_logs(), schema, nullptr, {}, 1, after_2_s());
   ASSERT_EQ(result.entries[0].metrics.pooled.size(), 3U);
   for (const LogEntry& entry : result.entries)

@@ -18,7 +18,7 @@ using testing::Not;
 
 constexpr double kRounding = 1e-12;
 
-/// What an estimator of two states reached: a norm, and the same RMSE of both.
+/// The result of an estimator of two states: a norm, and the same RMSE for both.
 Evaluation reached(const std::string& estimator, double norm, std::uint64_t seed = 1) {
   Evaluation evaluation{estimator, {}, seed, 200, 50.0, {{"x1", "", 0.0}, {"x2", "m", 0.0}}, {{"y", "", 0.0}}, {}, {}};
   evaluation.metrics.norm = norm;
@@ -40,8 +40,8 @@ const Quantity kNorm = [](const ErrorMetrics& m) { return std::optional(m.norm);
 TEST(EvaluationStudy, StandardErrorsAreThoseOfTheMeansOverTestSetsAndOverModels) {
   const Spread spread = spread_of(two_by_two(), 0, kNorm).value();
   EXPECT_NEAR(spread.mean, 3.0, kRounding);
-  EXPECT_NEAR(spread.test_set_error.value(), 1.5, kRounding);       // of 1.5 and 4.5
-  EXPECT_NEAR(spread.training_seed_error.value(), 1.0, kRounding);  // of 2 and 4
+  EXPECT_NEAR(spread.test_set_error.value(), 1.5, kRounding);       // from 1.5 and 4.5
+  EXPECT_NEAR(spread.training_seed_error.value(), 1.0, kRounding);  // from 2 and 4
 }
 
 TEST(EvaluationStudy, OneDrawHasNoStandardError) {

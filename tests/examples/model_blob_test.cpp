@@ -17,7 +17,7 @@ namespace {
 using Observer = watched::Observer;
 using Blob = ModelBlob<watched::Model>;
 
-/// What a new training leaves: the same sizes, other weights of T*.
+/// The result of a new training: equal sizes, other weights of T*.
 watched::Model retrained() {
   watched::Model model = watched::kModel;
   model.outputs.max[0] = 3.5F;

@@ -75,7 +75,7 @@ inline std::string error_of(const std::string& text, const std::vector<std::stri
   return thrown_message([&] { parse_experiment(text, "e.toml", overrides); });
 }
 
-/// What is broken where, and what the message begins with and has.
+/// The broken text, its place, and the beginning and a part of the message.
 struct Row {
   std::string old, replacement, place, message;
 };

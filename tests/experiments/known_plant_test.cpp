@@ -38,7 +38,7 @@ share = 0.25
 )toml";
 }
 
-/// What the logs of that are: three runs that stand still.
+/// Logs for that experiment: three runs that stand still.
 Dataset logs_at_rest() {
   Dataset logs;
   logs.outputs = {{"angle", "rad", 2.0 * M_PI}};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Angles, initial states and noises of plants: each row breaks an experiment in one place.
-// What is drawn for each run of a plant: inputs, parameters, process noise. Each row breaks an experiment in one place.
-// [feedback]: each row breaks an experiment in one place.
+// Errors in experiments with a plant: angles, initial states, noises, random inputs, parameters and process noise, and
+// [feedback]. Each row breaks an experiment in one place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

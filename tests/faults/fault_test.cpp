@@ -28,7 +28,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 #ifdef NLO_EVERY_FAULT
 constexpr bool kEveryCall = true;
-constexpr long kTimesAsManyAllocations = 50;  // of a million: all of them would take days
+constexpr long kTimesAsManyAllocations = 50;  // there are a million, which would take days
 #else
 constexpr bool kEveryCall = false;
 constexpr long kTimesAsManyAllocations = 1;
@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"SweepCollect", {kSweep}, {"sweep", "collect", "plan.toml"}, 1, 1}),
     [](const testing::TestParamInfo<Case>& row) { return row.param.name; });
 
-/// Where names cannot be exchanged a folder is replaced in two steps, and that works too.
+/// If the system cannot exchange names, a folder is replaced in two steps.
 TEST(FaultyFileSystem, AFolderIsReplacedWithoutExchangeOfNamesToo) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);

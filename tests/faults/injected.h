@@ -59,7 +59,7 @@ inline Counts counts_of(const Scratch& scratch, const Words& command) {
   return counts;
 }
 
-/// Of 1 ... count some, and of the first and the last as many, three at most.
+/// Returns some of 1 ... count, with the first and the last three.
 inline std::vector<long> tried(long count, long some) {
   some = std::min(some, count);
   const long ends = std::min(some, 3L);
@@ -75,7 +75,8 @@ inline bool is_temporary(const std::string& name) {
   return at != std::string::npos && at > 0 && name[at - 1] != '/';
 }
 
-/// What stands in a folder. Of files that have times in them, which no two runs share, how they end: whether it is all.
+/// The files of a folder for comparisons. Files that contain times are represented by their end, which shows whether
+/// they are complete.
 inline Files comparable(Files files) {
   for (auto it = files.begin(); it != files.end();) {
     const auto& [name, bytes] = *it;

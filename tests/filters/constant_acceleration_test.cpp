@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// What a unit of p, v or a at 0, or of jerk, has made of [p v a] after t seconds.
+/// The response of [p v a] after t seconds to a unit of p, v or a at 0, or of jerk.
 Vector3d response(int of, double t) {
   if (of == 0) return {1.0, 0.0, 0.0};
   if (of == 1) return {t, 1.0, 0.0};

@@ -24,7 +24,7 @@ LanePlant ambiguous() {
   return plant;
 }
 
-/// Of a run from x0, without noise; x in the first row, y in the second.
+/// A run from x0 without noise; x in the first row, y in the second.
 MatrixXd run_from(double x0) {
   MatrixXd run(2, 101);
   for (Eigen::Index k = 0; k < run.cols(); ++k) {

@@ -25,7 +25,7 @@ inline FilterKnowledge scalar_knowledge(double initial, double process, double o
           Eigen::VectorXd::Constant(1, process), Eigen::VectorXd::Constant(1, output)};
 }
 
-/// What RK4 makes of exp(-rate h).
+/// RK4's approximation of exp(-rate h).
 inline double rk4_decay(double rate, double h) {
   const double a = rate * h;
   return 1.0 - a + a * a / 2.0 - a * a * a / 6.0 + a * a * a * a / 24.0;

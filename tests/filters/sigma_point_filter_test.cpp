@@ -144,7 +144,7 @@ TEST(SigmaPointFilter, BeginsAnewAfterAnOutlierThatItsLinearisationCannotSurvive
     const MatrixXd x = test::estimates_of(filter, test::runs_of(y, 0.1));
     ASSERT_TRUE(x.allFinite());
     EXPECT_NEAR(x(0, kAt - 1), 0.2, 0.02);
-    EXPECT_NEAR(x(0, kSamples - 1), 0.2, 0.02);  // of a steady gain near 1
+    EXPECT_NEAR(x(0, kSamples - 1), 0.2, 0.02);  // the steady gain is near 1
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same of an export to C99.
+// Flies an export to C99.
 #include <flown.h>
 
 #include <math.h>

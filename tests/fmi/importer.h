@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an importer of FMI 3.0 has: the functions of a library, what modelDescription.xml says, a log; and steps of an
-// FMU and of the C99 pair that must give the same bits. For load_fmu.c, which says what must be defined.
+// An importer of FMI 3.0: the functions of a library, the facts of modelDescription.xml, a log; and steps of an FMU
+// and of the C99 pair that must give the same bits. load_fmu.c includes it and lists the macros to define.
 #pragma once
 
 #include <dlfcn.h>
@@ -44,7 +44,7 @@ static void* symbol(const char* name) {
   return found;
 }
 
-// What the importer is told.
+// Messages to the importer.
 static int told[5];
 static char last_message[256], last_category[64];
 static void note(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {

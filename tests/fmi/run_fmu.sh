@@ -60,7 +60,7 @@ for entry in "${entries[@]}"; do
   built "$fmu" "$work/$name.so"
   loaded "$fmu" "$fmu/binaries/$(uname -m)-linux/$name.so" && loaded "$fmu" "$work/$name.so" || fail "$entry"
 
-  # The same by FMI 2.0.
+  # The FMU by FMI 2.0.
   fmu2=$work/fmi2/$name machine=$(uname -m)-linux
   rm -rf "$fmu2" && mkdir -p "$fmu2"
   CC=$cc "$export_model" "$name" fmu2 "$scalar" "$name" "$work/$name.fmu2"
@@ -75,7 +75,7 @@ for entry in "${entries[@]}"; do
   echo "ok      $entry"
 done
 
-# The same bytes twice; without a binary but for that the same.
+# Two exports have the same bytes. The export without a binary has the same files but for that.
 "$export_model" "$name" fmu-sources "$scalar" "$name" "$work/sources.fmu"
 mkdir "$work/sources" && unzip -q "$work/sources.fmu" -d "$work/sources"
 [[ $(diff -rq "$work/sources" "$fmu") == "Only in $fmu: binaries" ]] || fail 'the FMU of sources has other files'

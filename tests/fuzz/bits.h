@@ -8,7 +8,7 @@
 
 namespace nlo::hostile {
 
-/// Where a flight takes its bits from: a generator (xorshift64*, Vigna 2016), or the bytes of a fuzzer.
+/// Source of a flight's bits: a generator (xorshift64*, Vigna 2016), or the bytes of a fuzzer.
 class Bits {
  public:
   explicit Bits(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ULL + 1) {}

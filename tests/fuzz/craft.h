@@ -98,7 +98,7 @@ class CppCraft {
     return all_finite(observer_.estimate());
   }
 
-  /// What the monitor has wrong; null: nothing.
+  /// The monitor's fault; null: none.
   const char* monitor_fault() const {
     if constexpr (kWatched) {
       const Alarm alarm = monitor_.alarm();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Flights through anything: measurements, inputs and time steps of any bits, states from storage that are damaged, bits
-// of memory that flip, in an observer and in the monitor beside it. After each step:
-//   - the status is one there is, and the observer's own
-//   - z is finite, and what save() gives restore() takes
+// Flights with random events: measurements, inputs and time steps of any bits, damaged states from storage, and bit
+// flips in the memory of an observer and of its monitor. After each step:
+//   - the status exists and equals the observer's
+//   - z is finite, and restore() accepts the state of save()
 //   - an estimate with a good status is finite
-//   - a monitor's level is finite, and its alarm is what its level says
-// Now and then the sensor is dead for long: the observer has to say kStale and the monitor has to alarm, whatever came
-// before. Each observer, C++ or C99, flies behind the same calls, as a craft (craft.h).
+//   - a monitor's level is finite, and its alarm follows from its level
+// Now and then the sensor is dead for long. Then the observer has to report kStale and the monitor has to alarm, after
+// any past. Each observer, C++ or C99, flies behind the same calls, as a craft (craft.h).
 #pragma once
 
 #include <cstdio>
@@ -28,7 +28,7 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
   using Scalar = typename Craft::Scalar;
   constexpr int kMostInputs = 8;
   constexpr long kDeadEvery = 20'000, kMostHeld = 70'000;          // stale_after is below 2^14
-  constexpr int kHeld = 2, kStale = 3, kDiverged = 6, kReset = 7;  // of StepStatus
+  constexpr int kHeld = 2, kStale = 3, kDiverged = 6, kReset = 7;  // values of StepStatus
   static_assert(Craft::kNu <= kMostInputs);
   Scalar y[Craft::kNy], u[kMostInputs] = {};
   // An angle that was flipped to thousands of turns comes back into its first in as many steps as it has digits; what a

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What fuzzing targets share: input is either taken or refused by an Error that says why. Anything else that is thrown
-// ends the program, as what a sanitizer finds does.
+// Common code of fuzzing targets: an input is either accepted or refused by an Error with a reason. Any other exception
+// ends the program, as a sanitizer's finding does.
 #pragma once
 
 #include <cstddef>

@@ -95,7 +95,7 @@ TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
   EXPECT_EQ(column(told, "velocity").role, ColumnRole::kState);
   EXPECT_EQ(column(told, "position").role, ColumnRole::kOutput);
   EXPECT_EQ(column(told, "voltage").role, ColumnRole::kInput);
-  // What is measured may be the truth, too: it is two columns.
+  // A measured column may be the truth, too: then it stands for two columns.
   const GuessedLog both =
       guess("time,position,velocity,voltage", cells, {{"position", "velocity"}, {"position"}, {}, 0.0});
   EXPECT_EQ(column(both, "position").role, ColumnRole::kState);

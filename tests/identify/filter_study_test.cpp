@@ -49,7 +49,7 @@ double settled_rmse(const FilterStudy& study, const std::string& estimator) {
 TEST(FilterStudy, FiltersWithThePlantBeatEstimatorsWithoutIt) {
   const FilterStudy study = study_of(pendulum_identification(), test::kSquare);
   EXPECT_EQ(study.tuned_on, "the validation logs");
-  EXPECT_LT(rmse(study, "ekf"), 0.12);  // of a rate of some 4 rad/s; the first samples are most of it
+  EXPECT_LT(rmse(study, "ekf"), 0.12);  // for a rate of some 4 rad/s; mostly from the first samples
   EXPECT_NEAR(rmse(study, "ukf") / rmse(study, "ekf"), 1.0, 0.2);
   for (const char* other : {"static_ridge", "constant"})
     EXPECT_GT(rmse(study, other), 3.0 * rmse(study, "ekf")) << other;

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# What each component of find_package(nlo) gives and asks for, and the runtime alone as a subdirectory.
+# Targets and dependencies of each component of find_package(nlo), and the runtime alone as a subdirectory.
 #   usage: components_test.sh SOURCE_DIR WORK_DIR     WORK_DIR has prefix/ (the installed package) and van_der_pol.h
 set -eu
 source=$1 work=$2

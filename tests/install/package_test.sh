@@ -35,7 +35,7 @@ program=$work/nlo_${version}_$machine.deb headers=$work/libnlo-dev_${version}_al
 c_library=$work/libnlo-model_${version}_$machine.deb python=$work/python3-nlo_${version}_all.deb
 same packages "$headers $c_library $program $python" "$(echo "$work"/*.deb)"
 
-# What they say.
+# Fields of the packages.
 same 'the program is for' "$machine" "$(dpkg-deb -f "$program" Architecture)"
 same 'the headers are for' all "$(dpkg-deb -f "$headers" Architecture)"
 same 'the headers need' '' "$(dpkg-deb -f "$headers" Depends)"

@@ -148,7 +148,7 @@ TEST(JobsLog, IsOneLineOfFacts) {
   EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to tell the time left
 }
 
-/// What a run of 200 advances writes to a log.
+/// The log of a run of 200 advances.
 std::string logged_run() {
   std::FILE* file = std::tmpfile();
   {

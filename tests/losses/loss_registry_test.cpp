@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every loss has: a key with help, checks that follow from what it asks for, and a value that is one function.
+// Properties of every loss: a key with help, checks of its requirements, and a value that is one function.
 #include "trainer/learn/losses/loss_registry.h"
 
 #include <gmock/gmock.h>

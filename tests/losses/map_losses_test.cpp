@@ -59,7 +59,7 @@ struct Problem {
   ObserverStructure structure;
   std::vector<double> inverse, forward, eigenvalues;
   std::vector<double> x, z, y, f, h, weight;
-  int count = 6;  // of 8 columns
+  int count = 6;  // used columns of 8
 
   explicit Problem(const Variant& variant) {
     experiment.observer.eigenvalues = {-1.2, -3.0};
@@ -197,7 +197,7 @@ TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
 struct ClosedForm {
   static constexpr double kMx = 0.25, kSx = 2.0, kMz = -0.5, kSz = 4.0, kMf = 0.125, kSf = 0.5;
   static constexpr double kA = 0.75, kB = -0.3, kP = 1.5, kQ = 0.2, kLambda = -3.0;
-  static constexpr double kMy = -0.4, kSy = 0.8, kPy = -0.65;  // of the output, where T* reads it
+  static constexpr double kMy = -0.4, kSy = 0.8, kPy = -0.65;  // mean and scale of the output for T*, and a value
   static constexpr double kX = 0.6, kZ = 1.1, kF = -0.7, kH = 0.9, kWeight = 1.75;
 
   Experiment experiment;
@@ -240,7 +240,7 @@ struct ClosedForm {
 
 constexpr double kRounding = 1e-13;
 constexpr double kTermWeight = 0.6;
-constexpr double kFloatScales = 1e-6;  // those of a feature are floats, and .8 is none
+constexpr double kFloatScales = 1e-6;  // scales of features are floats, and .8 is not exact
 double* const kNoCotangent = nullptr;
 
 TEST(MapLosses, ConsistencyIsTheSquaredErrorOfT) {

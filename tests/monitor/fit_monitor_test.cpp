@@ -78,7 +78,7 @@ TEST(FitMonitor, IsAValidPartOfItsModelWithTheInnovationsOfItsRuns) {
   EXPECT_GT(model.monitor->deviation(0), 0.1);
   EXPECT_LT(model.monitor->deviation(0), 0.12);
   EXPECT_GT(model.monitor->gate, 3.0);
-  EXPECT_LT(model.monitor->gate, 4.0);  // of Gaussian noise: 3.48 at .9995
+  EXPECT_LT(model.monitor->gate, 4.0);  // Gaussian noise has 3.48 at .9995
   EXPECT_NEAR(model.monitor->hours, 160 * 36 * 40 * model.sample_period_s / 3600.0, 1e-9);
 }
 
@@ -180,8 +180,8 @@ TEST(FitMonitor, ASensorIsFrozenIfItRepeatsLongerThanNearlyAllOfTheTraining) {
   const RunSource limits{[&](int) { return runs; }, 1};
   const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
   const Monitor monitor = fit_monitor(model, runs, limits, std::nullopt, {}, request).monitor;
-  // Of 440 samples 20 repeat a reading that is not the resting one. The last 13 are 2.95 % of all, which may be taken
-  // for frozen; with the one before it were 3.2 %.
+  // 20 of 440 samples repeat a reading that is not the resting one. The last 13 are 2.95 % of all, which may be taken
+  // for frozen; 14 would be 3.2 %.
   EXPECT_EQ(monitor.most_equal(1), 8.0);
   EXPECT_EQ(monitor.resting(1), 2.0);
   EXPECT_EQ(monitor.reference_sensor(1), 0.0) << "it goes to 3 where the other leaves its rest";

@@ -61,7 +61,7 @@ COVERED_BY = {
 # Kernels of other instruction sets, and tables: not compiled by these programs, or data.
 LEFT_OUT = re.compile(r"arm|neon|avx|mve|cortex|registry|CMake")
 
-# What compilers say where a test's constant is wrong.
+# Messages of compilers about a wrong constant in a test.
 WRONG_CONSTANT = re.compile(r"static.assert\w* failed|constant expression|constant initializer")
 
 TOKENS = {

@@ -47,7 +47,7 @@ TEST(InitialParameters, AreGlorotsOrHesAsTheActivationWantsWithZeroBiases) {
         reach = std::max(reach, std::abs(w));
         squares += w * w;
       }
-      // Of 1,000 uniform numbers the largest comes within 2 % of the bound; their variance is bound^2 / 3 within 15 %
+      // The largest of 1,000 uniform numbers is within 2 % of the bound; their variance is bound^2 / 3 within 15 %
       // (five standard errors).
       EXPECT_LE(reach, bound * (1.0 + 1e-6));
       EXPECT_GT(reach, bound * 0.98);

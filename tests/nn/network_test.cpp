@@ -22,7 +22,7 @@ constexpr double kForwardTolerance = 1e-5;
 // Relative, of a cotangent of the inputs, which comes back through the same layers; 1.1e-5 measured where slopes are
 // above 1.
 constexpr double kCotangentTolerance = 2e-5;
-// Of a gradient's largest entry: the same, summed over 256 samples; below 4e-6 measured.
+// Relative to a gradient's largest entry: rounding summed over 256 samples; below 4e-6 measured.
 constexpr double kGradientTolerance = 1e-5;
 // Central differences in double at kStep: truncation kStep^2, rounding 1e-16 / kStep; relative to the largest entry.
 constexpr double kStep = 1e-5;

@@ -53,7 +53,7 @@ Eigen::RowVectorXd drawn(const ExcitationConfig& config, std::uint64_t run, std:
 /// Numbers of samples from one change of the value to the next.
 std::vector<int> holds(const Eigen::RowVectorXd& u) {
   std::vector<int> result;
-  int since = -1;  // of the first change nothing is known: its hold began before
+  int since = -1;  // the hold before the first change has an unknown start
   for (Eigen::Index k = 1; k < u.size(); ++k) {
     if (since >= 0) ++since;
     if (u(k) == u(k - 1)) continue;

@@ -88,7 +88,7 @@ TEST(OddPlant, OneInitialStateIsEnoughToLookAround) {
   plant.derivative = {"b", "-a + a^2"};
   plant.outputs = {"a"};
   SimulationConfig simulation;
-  simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // where every f(0) = 0 looks odd
+  simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // from 0, every f with f(0) = 0 looks odd
   EXPECT_NE(counterexample(plant, {}, simulation), "odd");
 }
 

@@ -21,7 +21,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kRounding = 1e-12;  // of angles of some 30 rad in double
+constexpr double kRounding = 1e-12;  // rounding of angles of some 30 rad in double
 
 /// `angle`: h(x), an angle in the unit of `turn`.
 PlantConfig pendulum(const std::string& angle = "theta", double turn = kTurn) {

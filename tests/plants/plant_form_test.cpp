@@ -100,7 +100,7 @@ TEST(AffineInputField, OfABilinearPlantIsItsMatricesColumnAfterColumn) {
   const auto plant = driven_by({{"2 + 3*x1", "x2"}, {"-x1 + 4*x2", "5"}});
   const codegen::DenseLayer field = affine_input_field(*plant, kLow, kHigh);
   const Eigen::MatrixXd weights = (Eigen::MatrixXd(4, 2) << 3.0, 0.0, -1.0, 4.0, 0.0, 1.0, 0.0, 0.0).finished();
-  constexpr double kFieldRounding = 1e-14;  // of numbers up to 23
+  constexpr double kFieldRounding = 1e-14;  // rounding of numbers up to 23
   EXPECT_LE((field.weights - weights).cwiseAbs().maxCoeff(), kFieldRounding);
   EXPECT_LE((field.bias - Eigen::Vector4d(2.0, 0.0, 0.0, 5.0)).cwiseAbs().maxCoeff(), kFieldRounding);
 

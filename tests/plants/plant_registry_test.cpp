@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every built-in plant must do; a newcomer to the registry is tested by its line there.
+// Properties of every built-in plant. A new plant is tested by its line in the registry.
 #include "trainer/plants/plant_registry.h"
 
 #include <gmock/gmock.h>

@@ -78,7 +78,7 @@ TEST(SimulateRuns, AnInputIsHeldOverThePeriodBeforeItsSample) {
       shifted = std::max(shifted, std::abs(kept + gain * run.inputs(0, k - 1) - run.states(0, k)));
     }
   }
-  EXPECT_LT(worst, 2e-8);  // of RK4 (a h)^5 / 120 = 9e-10 of |x| and |b u / a|, 15 together
+  EXPECT_LT(worst, 2e-8);  // error of RK4: (a h)^5 / 120 = 9e-10 of |x| and |b u / a|, 15 together
   EXPECT_GT(shifted, 1e-3) << "control: the input of the sample before is another";
 }
 
@@ -96,7 +96,7 @@ TEST(SimulateRuns, AFirstOrderHoldRampsFromSampleToSample) {
       worst = std::max(worst, std::abs(x - run.states(0, k)));
       without = std::max(without, std::abs(x - ramp * (u1 - u0) - run.states(0, k)));
     }
-  EXPECT_LT(worst, 4e-7);  // of RK4 b |u1 - u0| a^3 h^4 / 120, at most 2.2e-7, beside the 2e-8 above
+  EXPECT_LT(worst, 4e-7);  // error of RK4: b |u1 - u0| a^3 h^4 / 120, at most 2.2e-7, beside the 2e-8 above
   EXPECT_GT(without, 1e-3) << "control: there are steps within a period";
   const Dataset zero_order = runs_of(experiment(kExcited), 20);
   EXPECT_EQ(zero_order.trajectories[3].inputs, set.trajectories[3].inputs) << "one signal, held in two ways";

@@ -97,7 +97,7 @@ TEST(StateFeedback, OfTheTrueStateMovesALinearPlantByTheClosedLoopsMatrix) {
   EXPECT_GT(open, 1.0) << "control: without the loop it falls";
 }
 
-/// The same plant with a third state that decays by itself, and an observer that does not estimate it.
+/// The plant with a third state that decays by itself, and an observer that does not estimate it.
 Experiment with_hidden_state(const std::vector<std::string>& changes = {}) {
   std::string text = kUpright;
   const auto replace = [&](const std::string& old, const std::string& by) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What eva.sh has Frama-C's EVA analyse with an exported C99 pair NAME: every sequence of calls with every argument, NaN
-// and infinities among them; then every call on an observer whose memory holds anything.
+// The program that Frama-C's EVA analyses (eva.sh) with an exported C99 pair NAME: every sequence of calls with every
+// argument, NaN and infinities among them; then every call on an observer with any bits in its memory.
 #include <__fc_builtin.h>
 
 #define JOIN_(a, b) a##b

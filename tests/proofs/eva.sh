@@ -40,7 +40,7 @@ analysed() {
     if grep -q make_unit "$c"; then echo '#define UNIT_LENGTH'; fi # a quotient of 1 at most, which is a relation
     echo "#include \"$source/tests/proofs/any_flight.c\""
   } >"$work/${name}_flight.c"
-  # Of the table of tanh it would have to know that it rises: its differences fit where they are converted to.
+  # EVA cannot know that the table of tanh rises, and that its differences therefore fit their type.
   if [[ $2 != int16 ]]; then options=(-warn-signed-downcast -warn-unsigned-downcast); fi
   frama-c -eva -cpp-extra-args="-I$work" -warn-special-float none -warn-invalid-pointer "${options[@]}" \
     -eva-slevel 0 -eva-slevel-function "is_reachable:400,is_sound:2000,${name}_restore:2000,take:10,checked:50" \

@@ -22,7 +22,7 @@ struct Exception {
   std::string_view file, text;
 };
 const std::vector<Exception> kExceptions = {
-    // Of sizes that are template arguments: they end while compiling, or the program does not compile.
+    // Loops over template arguments: they end while compiling, or the program does not compile.
     {"kernels/per_isa/vectors.inc", "while (lanes > 1 && values % lanes != 0) lanes /= 2;"},
     {"kernels/panels.h", "while (o >= tile_at(tile + 1)) ++tile;"},
     {"kernels/int16.h", "while (4 * fours(rows) > rows) ++rows;"},
@@ -30,10 +30,10 @@ const std::vector<Exception> kExceptions = {
     // Pointers through arrays of constant size, by constant strides.
     {"kernels/cortex_m.h", "while (out != large_end) multiply_block<B::kLarge, kFused, kIn>(weights, bias, in, out);"},
     {"kernels/cortex_m.h", "while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);"},
-    // Of texts and numbers of the program's own.
+    // Loops over the program's own texts and numbers.
     {"selftest/NAME_selftest.c.in", "for (; *text != '\\0'; ++text) put_char(*text);"},
     {"selftest/NAME_selftest.c.in", "while ((value /= 10U) != 0U);"},
-    // Of lists whose length the export has fixed.
+    // Loops over lists with a length fixed by the export.
     {"ros2_control/src/observer_controller.cpp.in",
      "for (std::size_t i = 0; i < all.size(); ++i) interfaces.emplace_back(get_node()->get_name(), all[i], "
      "&exported_.at(i));"},
@@ -44,7 +44,7 @@ const std::vector<Exception> kExceptions = {
     {"zephyr/samples/NAME/src/main.cpp.in", "for (uint32_t steps = 0;; ++steps) {"},
 };
 
-/// What is code of a line; of a source of the generator, what it writes.
+/// Returns the code of a line without comments; for a source of the generator, the code that it writes.
 std::string code_of(std::string line, bool generator = false) {
   if (generator) {
     const std::size_t from = line.find('"'), to = line.rfind('"');

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# What docs/extending.md promises: a copy of the tree with all of its diffs builds, passes the tests that they bring and
-# those that run over the tables, and does what each diff is for.
+# Tests docs/extending.md: a copy of the tree with all of its diffs builds, passes the tests of the diffs and the tests
+# over the tables, and each diff has its effect.
 #   usage: extending.sh SOURCE_DIR WORK_DIR CMAKE CTEST
 set -euo pipefail
 source=$(cd "$1" && pwd) work=$2 cmake=$3 ctest=$4

@@ -8,8 +8,7 @@
 
 namespace nlo::properties {
 
-/// Who may include what. The longest `from` that a file's path starts with decides; its `may` lists prefixes of
-/// targets.
+/// Allowed includes. The longest `from` that a file's path starts with applies; its `may` lists prefixes of targets.
 struct Arrow {
   std::string_view from;
   std::vector<std::string_view> may;
@@ -37,13 +36,13 @@ inline const std::vector<Arrow> kArrows = {
     {"examples/", {"nlo/"}},
 };
 
-/// What a part must not know: no file below `from` includes one below `target`, but for files below `target` itself.
+/// A forbidden include: no file below `from` includes one below `target`, except files below `target` itself.
 struct Wall {
   std::string_view from, target;
 };
 
 inline const std::vector<Wall> kWalls = {
-    // What loads and checks an experiment stands above all that its keys speak of.
+    // Code that loads and checks experiments may include all rooms that keys belong to, but not the other way round.
     {"trainer/data/", "trainer/experiments/"},
     {"trainer/plants/", "trainer/experiments/"},
     {"trainer/structures/", "trainer/experiments/"},

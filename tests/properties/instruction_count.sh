@@ -66,7 +66,7 @@ check -O2 -DNLO_ACTIVATION=kTanh
 check -O3 -march=x86-64-v3 -DNLO_ACTIVATION=kRelu
 check -O2 -march=x86-64-v3 -DNLO_ACTIVATION=kSilu -DANGLE
 
-# What must be noticed: a branch on the status, and the fast policy, whose screening has branches.
+# Controls: a branch on the status, and the fast policy, whose validation has branches.
 kinds='zeros nan extreme'
 for control in -DCONTROL=1 -DCONTROL=2; do
   echo "control $control"

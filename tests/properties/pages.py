@@ -15,7 +15,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
-# What is not written: what is written instead.
+# Words that are not used, and their replacements.
 WORDS = {
     r"mend(s|ed|ing)?": "fix, repair, remedy",
     r"anew|afresh": "again, a new ...",

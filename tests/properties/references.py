@@ -90,7 +90,7 @@ class Known:
     def __init__(self):
         every = [file.relative_to(ROOT).as_posix() for file in ROOT.rglob("*")
                  if not {"build", "out", ".git"} & set(file.relative_to(ROOT).parts[:1])]
-        # What a reader of docs/extending.md adds by one of its diffs.
+        # Files that the diffs of docs/extending.md add.
         diffs = "\n".join(file.read_text() for file in sorted((ROOT / "docs/extending").glob("*.diff")))
         every += re.findall(r"^\+\+\+ b/(.+)$", diffs, re.M)
         self.ends = {path[i:] for path in every for i in [0] + [m.end() for m in re.finditer("/", path)]}

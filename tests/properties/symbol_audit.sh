@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# What an observer in flight calls: nothing but memcpy, memset and memmove, whatever the compiler and the optimisation
-# level; and nothing of it runs before main.
+# Checks that an observer in flight calls nothing but memcpy, memset and memmove, for any compiler and optimisation level,
+# and that none of its code runs before main.
 #   usage: symbol_audit.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 eigen=$3 work=$4

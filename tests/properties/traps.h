@@ -19,7 +19,7 @@ inline constexpr bool kUnderSanitizer = false;
 inline constexpr bool kUnderSanitizer = false;
 #endif
 
-/// What this thread does while the trap lives. One at a time.
+/// Records the allocations, locks and faults of this thread during its lifetime. One at a time.
 class Trap {
  public:
   Trap();

@@ -78,7 +78,7 @@ TEST(Certificate, GatedUnitsHaveARateWhereTheirWeightsProveOne) {
 
 TEST(Certificate, OfTheShippedModelTheLipschitzConstantIsWithinThirtyPerCentOfTheSteepestSlope) {
   const Model model = codegen::read_model(std::string(NLO_SOURCE_DIR) + "/examples/models/van_der_pol.json");
-  CertifyOptions options;  // what a minute or two give: a default run takes a part of that
+  CertifyOptions options;  // takes a minute or two; a default run takes less
   options.gap = 0.3;
 #ifndef NLO_SLOW
   options.boxes = 100000;

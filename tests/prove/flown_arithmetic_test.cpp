@@ -64,7 +64,7 @@ Eigen::Vector2d largest_at_draws(const Model& model, const Flown& flown) {
   return largest;
 }
 
-/// The same of whole flights, readings held at levels, while z has been in its domain.
+/// Largest difference in whole flights with readings held at levels, while z is in its domain.
 template <class Observer, class Flown>
 Eigen::Vector2d largest_in_flights(const Model& model, const Flown& flown) {
   codegen::ReferenceObserver<double> exact(model);

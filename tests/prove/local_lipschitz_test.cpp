@@ -105,7 +105,7 @@ TEST_P(LocalLipschitzOf, NoJacobianOfABoxIsAboveItsBound) {
 }
 
 TEST_P(LocalLipschitzOf, NoOutputOfABoxIsOutsideItsRange) {
-  int beside = 0;  // of half of it: the control
+  int beside = 0;  // points beyond half of it: the control
   for (unsigned seed = 1; seed <= 18; ++seed) {
     const codegen::Model model = random_model(seed, GetParam(), static_cast<int>(seed % 4));
     const codegen::ReferenceNetwork<double> map(*codegen::inverse_map(model));

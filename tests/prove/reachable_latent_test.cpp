@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where z can go: no readings leave it, and the readings that it is made of reach its ends.
+// The reachable set of z: no readings lead out of it, and some readings reach its limits.
 #include "trainer/prove/reachable_latent.h"
 
 #include <gtest/gtest.h>

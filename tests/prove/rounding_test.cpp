@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What bounds say of rounding: held against the same sums in long double.
+// Bounds of rounding compared with the same sums in long double.
 #include "trainer/prove/rounding.h"
 
 #include <gtest/gtest.h>

@@ -81,7 +81,7 @@ TEST(ForwardSpline, OfALinearPlantIsTheSolutionOfSylvestersEquation) {
   EXPECT_LT(ranges.bent.norm(), 1e-9);
 }
 
-/// What a mode does differently in a step than the steady answer T~ to g, on y = exp(omega t).
+/// Difference between a mode's step and the steady response T~ to g, for y = exp(omega t).
 double left_over(Hold hold, double dt, const HoldEffect& effect) {
   const std::complex<double> lambda(-1.5, 2.0), omega(0.0, 2.0);
   const std::complex<double> g =

@@ -40,8 +40,8 @@ const OfOneVariable kFunctions[] = {
     {"quotient", [](const TaylorModel& x) { return TaylorModel(1.0) / (TaylorModel(2.0) + x * x); },
      [](double x) { return 1.0 / (2.0 + x * x); }, 0.5}};
 
-/// What the model says of f less the true f at a point, which the model of the difference must not be below: f is the
-/// constant f(point) on a box of no width, so compare over small boxes around points.
+/// The bound of the difference of the model and the true f. f is constant on a box without width, so the test compares
+/// over small boxes around points.
 TEST(TaylorModel, NoPointOfTheBoxIsFurtherThanTheModelSays) {
   std::mt19937 engine(1);
   std::uniform_real_distribution<double> within(-1.0, 1.0);

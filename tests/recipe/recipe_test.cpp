@@ -80,7 +80,7 @@ TEST(Recipe, KeepsTheKeysOfTheFile) {
 }
 
 TEST(Recipe, IsSlowerForASlowerPlant) {
-  // The same oscillator by another clock: all times are ten times as long.
+  // The oscillator with another clock: all times are ten times as long.
   const std::string plant = R"toml(name = "clocked"
 [plant]
 states = ["a", "b"]

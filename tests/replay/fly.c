@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A firmware that flies the inputs of its golden replay and logs what trainer/app/replay/README.md asks for. Behind
+// A firmware that flies the inputs of its golden replay and logs the columns of trainer/app/replay/README.md. Included
+// behind
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
 //   #define NLO_HEADING "alpha,load,dt,x1_hat,x2_hat,status,in_domain"
 //   #define NLO_FORMAT "%.9g"
-//   #define NLO_AND_U(sample) , (sample)->u  // where it reads inputs, else nothing
+//   #define NLO_AND_U(sample) , (sample)->u  // with inputs; else empty
 //   #define NLO_INPUTS 1                     // how many
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run leaves in files and a report reads back: curves of its training, and its control loop.
+// Files of a run that a report reads: curves of its training, and its control loop.
 #include "trainer/app/report/pages.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every page must keep to, and whether plots can be drawn here.
+// Checks of every page, and whether plots can be drawn on this machine.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -46,7 +46,7 @@ TEST(Report, HasAPlotForEachPartOfTheRun) {
 TEST(Report, IsSelfContainedAndBalanced) {
   for (const char* reference : {"<script", "src=", "<link", "@import", "url("})
     EXPECT_THAT(sample_page(), Not(HasSubstr(reference)));
-  // What remains of addresses are the names of XML vocabularies, which nothing fetches.
+  // The only addresses are names of XML vocabularies, which nothing fetches.
   EXPECT_EQ(occurrences(sample_page(), "http"), occurrences(sample_page(), "xmlns"));
   expect_balanced(sample_page());
 }

@@ -61,8 +61,9 @@ inline ControlLoopResult sample_loop() {
   return loop;
 }
 
-/// Logs of a pendulum that turns: its angle measured, angle and rate estimated with a bad start and a lasting error
-/// that grows from log to log; a tenth of each log masked at its end, z outside of its domain at the start.
+/// Logs of a pendulum that turns. Its angle is measured. Angle and rate are estimated with a bad start and a lasting
+/// error that grows from log to log. A tenth of each log is masked at its end, and z is outside of its domain at the
+/// start.
 inline LogEvaluation sample_logs(int count) {
   constexpr Eigen::Index kSamples = 1500;
   constexpr double kTurn = 2.0 * std::numbers::pi;

@@ -96,7 +96,7 @@ TEST_F(Reproduction, ABenchmarkOfOthersHasATableForEachTestAndNumbersForALedger)
 }
 
 TEST_F(Reproduction, AnExamsMeasurementHasItsNoiseAndATunedFilterKeepsAChaoticPlant) {
-  constexpr double kDrawsDb = 0.3;       // of 9,000 squares with 1.5 % of standard error: .07 dB
+  constexpr double kDrawsDb = 0.3;       // 9,000 squares have 1.5 % of standard error: .07 dB
   constexpr double kFilteredDb = -15.0;  // -17.7 dB over 50 runs; one that loses the plant has more than 0
   Request request = tiny();
   request.what = "lorenz";

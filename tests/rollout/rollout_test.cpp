@@ -188,7 +188,7 @@ TEST(Rollout, AComputedOutputIsMissingWhereASensorIsThatItIsComputedOf) {
     ASSERT_NEAR(at(2), missing ? group.readings[group.at(2, 4)] : 2.0F * at(1) * at(3), 1e-6F);  // hardly fades
     ASSERT_NEAR(at(5), 0.0F, 1e-6F);  // its staleness: the time constant is long
   }
-  EXPECT_EQ(runs_with_failures(data, 0.3).size(), data.runs.size());  // of the one sensor that may fail
+  EXPECT_EQ(runs_with_failures(data, 0.3).size(), data.runs.size());  // one sensor may fail
   EXPECT_TRUE(runs_with_failures(data, 0.0).empty()) << "what no step trains chooses no model";
 }
 

@@ -50,7 +50,7 @@ TEST(Segments, BeginAtTheFirstSampleInTheirShare) {
 
 TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
   constexpr int kSteps = 50, kSegments = 400;
-  constexpr double kDraws = kSteps * kSegments, kDeviation = 0.5;  // of one draw of probability 1/2
+  constexpr double kDraws = kSteps * kSegments, kDeviation = 0.5;  // for one draw of probability 1/2
   int mirrored = 0, alike = 0;
   bool before = false;
   for (int step = 0; step < kSteps; ++step)

@@ -81,7 +81,8 @@ TEST(SensorTiming, ADelayedSinusoidIsTheSinusoidEarlier) {
   constexpr double kPerSample = 2.0 * 3.14159265358979 / 25.0, kDelay = 2.5;
   const auto wave = [&](double k) { return std::sin(kPerSample * k); };
   const Eigen::MatrixXd y = reading(signals(wave), 0, {.noise = "none+delay:2.5"});
-  constexpr double kCubic = 2e-4;  // of this sinusoid half way between samples: 3 / 128 (2 pi / 25)^4 = 9e-5
+  constexpr double kCubic =
+      2e-4;  // cubic interpolation of this sinusoid half way between samples: 3 / 128 (2 pi / 25)^4 = 9e-5
   for (int k = 5; k < kSamples; ++k) ASSERT_NEAR(y(3, k), wave(k - kDelay), kCubic) << k;
   EXPECT_EQ(y(3, 0), 0.0) << "before a run, y rests at its first value";
   EXPECT_EQ(y(3, 2), 0.0);
@@ -190,7 +191,7 @@ TEST(SensorTiming, OfASensorThatMayFailAMissingSampleFadesAndIsStale) {
 }
 
 TEST(SensorTiming, ChangesNoNoise) {
-  constexpr double kFloat = 1e-5;  // what a cubic through equal samples is off by, in float
+  constexpr double kFloat = 1e-5;  // error of a cubic through equal samples in float
   const Eigen::MatrixXd off = reading(signals(still), 0, {.noise = "gaussian:0.5+outliers:0.1:3"}) -
                               reading(signals(still), 0, {.noise = "gaussian:0.5+outliers:0.1:3+delay:1:3+jitter:0.2"});
   EXPECT_LE(off.cwiseAbs().maxCoeff(), kFloat);

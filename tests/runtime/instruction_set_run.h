@@ -31,7 +31,7 @@ void for_each_round(const Work& work) {
   }
 }
 
-/// Where a plant of `latent` begins, and what it measures then: without rounding, as each build computes it by itself.
+/// Start and measurements of a plant of `latent`, without rounding, because each build computes them by itself.
 template <class State>
 State begun(State state, int plant) {
   for (int r = 0; r < 3; ++r) state.z[r] = 0.0625F * static_cast<float>(plant + 1) - static_cast<float>(r);

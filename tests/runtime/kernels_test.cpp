@@ -37,7 +37,7 @@ std::vector<Scalar> padded_values(int n, int filled, std::mt19937& random) {
   return values;
 }
 
-/// What the plain loop gives, and how far rounding may take another order of summation.
+/// Result of the plain loop, and a bound of the rounding by another order of summation.
 struct Expected {
   double value;
   double rounding;

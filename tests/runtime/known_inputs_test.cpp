@@ -52,7 +52,7 @@ double held(double z, double u, double h) {
 }
 
 TEST(KnownInputs, ACommandActsOverTheIntervalBeforeItsSampleExactly) {
-  // Whatever the hold of y: RK4's coefficients are exact to its order alone, h^5 lambda^5 / 120 = 6e-7 a step.
+  // For any hold of y, RK4's coefficients are exact only to its order: h^5 lambda^5 / 120 = 6e-7 a step.
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
     const auto model = two_modes<double, Hold::kZeroOrder>(hold);
     KklObserver observer(model);

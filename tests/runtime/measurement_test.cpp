@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whatever arrives as a measurement, in any channel: what becomes of it, and that z stays finite.
+// Any number as a measurement in any channel: its effect, and z stays finite.
 #include <nlo/kkl_observer.h>
 
 #include <gtest/gtest.h>

@@ -128,7 +128,7 @@ Disagreement disagreement_of(const auto& network, const Layers&... layers) {
   return worst;
 }
 
-/// Of a network of these layers with the layers themselves.
+/// Expects a network of these layers to equal the layers themselves.
 template <Activation kKind, class... Layers>
 void expect_parity(const Layers&... layers) {
   EXPECT_TRUE((disagreement_of<kKind>(make_mlp<kKind>(layers...), layers...).none()));

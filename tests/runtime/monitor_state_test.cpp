@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a monitor remembers: saved and restored, refused where watching cannot lead there, finite whatever arrives.
+// The state of a monitor: saved and restored, refused if watching cannot lead there, finite for any input.
 #include <gtest/gtest.h>
 
 #include <algorithm>

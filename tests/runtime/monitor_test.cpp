@@ -77,7 +77,7 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   EXPECT_EQ(monitor.usable_outputs(8.0, observer), 8.0) << "four deviations, and less noise than in training";
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(8.001, observer)));
   auto state = monitor.save();
-  state.outputs[0].windows[0].variance = 1.5;  // of the shortest window, and not of another
+  state.outputs[0].windows[0].variance = 1.5;  // in the shortest window only
   ASSERT_TRUE(monitor.restore(state));
   EXPECT_EQ(monitor.usable_outputs(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(9.81, observer)));
@@ -242,8 +242,8 @@ TEST(Monitor, GateNeverHoldsBackForLongerThanTheMonitorTakesToArm) {
 }
 
 TEST(Monitor, GateWidensWithTheNoise) {
-  // Of a sensor four times as noisy as in training one in 3 is beyond 4 deviations; behind a gate that stays, the
-  // observer would be blind for a third of the time.
+  // If a sensor is four times as noisy as in training, one reading in 3 is beyond 4 deviations. With a constant gate
+  // the observer would be blind for a third of the time.
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;

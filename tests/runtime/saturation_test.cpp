@@ -108,7 +108,7 @@ TEST(Saturation, AppliesToZMinusTheSteadyStateOfAnglesAndIsExactWithinReach) {
   expect_relative_closed_form<double, Arithmetic::kDeterministic>();
 }
 
-/// What saturate() reads of a model.
+/// The part of a model that saturate() reads.
 template <class Scalar, int kNz>
 struct Reach {
   static constexpr Saturation kSaturation = Saturation::kRelativeLatent;
@@ -194,7 +194,7 @@ TEST(Saturation, ABatchEqualsAsManyObservers) {
   const auto angle = testing::angle_model<float>();
   EXPECT_EQ((batch_off_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair)), 0.0F);
   EXPECT_EQ((batch_off_observers<Saturation::kRelativeLatent, Arithmetic::kDeterministic>(angle)), 0.0F);
-  constexpr float kOtherOrder = 1e-5F;  // of sums
+  constexpr float kOtherOrder = 1e-5F;  // another order of sums
   EXPECT_LE((batch_off_observers<Saturation::kLatent, Arithmetic::kFast>(pair)), kOtherOrder);
   EXPECT_LE((batch_off_observers<Saturation::kRelativeLatent, Arithmetic::kFast>(angle)), kOtherOrder);
 }

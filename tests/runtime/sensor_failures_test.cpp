@@ -96,7 +96,7 @@ TEST(SensorFailures, EachFailsByItself) {
 
 TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
   auto model = failing_model<float>();
-  model.failures.rate = 3.3e38F;  // of a staleness of 3e-39 s, which validation refuses
+  model.failures.rate = 3.3e38F;  // a staleness of 3e-39 s, which validation refuses
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0F, -2.0F}}), StepStatus::kOk);
   EXPECT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}, 40.0F), StepStatus::kStale);

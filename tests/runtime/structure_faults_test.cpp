@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whatever arrives, every structure keeps z finite, says what happened, and can be saved and restored.
+// For any input, every structure keeps z finite, reports a status, and can be saved and restored.
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
@@ -140,7 +140,7 @@ TEST(EveryStructure, RestoresItsStateBitForBitAndContinues) {
   });
 }
 
-/// What a flipped bit of memory leaves behind.
+/// An observer whose memory can be changed by a bit flip.
 template <class Observer>
 struct Upset : Observer {
   explicit Upset(const Observer& observer) : Observer(observer) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the runtime's tests share: small observers as constants, built as a generated header builds them, and random
-// numbers that are the same everywhere.
+// Helpers for the runtime's tests: small observers as constants, built as in a generated header, and random numbers
+// that are the same everywhere.
 #pragma once
 
 #include <nlo/kkl_observer.h>

@@ -25,7 +25,7 @@ namespace {
 constexpr int kArmedAfter = 60;
 constexpr int kPeriod = 400, kFault = 20;        // samples: every so often a sensor fails for so long
 constexpr int kSettled = 40 * kPeriod;           // by then all is as in the twin, z from 1e30 included
-constexpr int kFlips = 20'000, kStructures = 7;  // of each structure as many
+constexpr int kFlips = 20'000, kStructures = 7;  // the same number for each structure
 
 /// y goes round; in a fault it jumps between two values, which no prediction follows.
 float measured(int k) {
@@ -78,7 +78,7 @@ struct Pair {
     (void)monitor.watch(observer, observer.estimate());
   }
 
-  /// Of the bits that follow the pointer to the model.
+  /// Bits behind the pointer to the model.
   static constexpr std::size_t kObserverBits = 8 * (sizeof(Observer) - sizeof(void*));
   static constexpr std::size_t kMonitorBits = 8 * (sizeof(Watch) - sizeof(void*));
   void flip(std::size_t bit) {
@@ -161,8 +161,8 @@ TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
               counts.resets);
 }
 
-/// Where z does not move it shows nothing: T* of angles reads y, too,
-/// and a y that is no number would be estimated from.
+/// If z does not move, it does not show a corrupted reading. But T* of angles reads y, too, and would estimate from a
+/// NaN.
 TEST(Upset, ANanReadingInMemoryIsSeenWithoutAGoodMeasurement) {
   static const auto model = testing::undriven_model<float>(Hold::kFirstOrder);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

@@ -29,8 +29,8 @@ struct Fake {
   Model own{};
   double y = 0.0, z = 0.0;
   int started = 1;
-  StepStatus last = StepStatus::kOk;     // of the latest step
-  StepStatus reading = StepStatus::kOk;  // of its output
+  StepStatus last = StepStatus::kOk;     // status of the latest step
+  StepStatus reading = StepStatus::kOk;  // health of its output
 
   constexpr const Model& model() const { return own; }
   constexpr State save() const { return {started, {y}, last}; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the tests of the linear latent system run: one mode in every variant, with its plain filter and loss; and modes
-// as a real observer has them.
+// Problems for tests of the linear latent system: one mode in every variant, with its plain filter and loss; and the
+// modes of a real observer.
 #pragma once
 
 #include <gtest/gtest.h>

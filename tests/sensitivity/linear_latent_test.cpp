@@ -112,7 +112,7 @@ SegmentGroup mixed_group(const LatentShape& shape) {
 }
 
 TEST(LinearLatent, FilterMeetsTheRuntimesObserverOnTheSameNumbers) {
-  // What flies: the same coefficients in float32 and the same order of operations; they differ in contraction alone.
+  // Flight: equal coefficients in float32 and the same order of operations. Only contraction differs.
   using Map = LearnedMap<Mlp<Activation::kTanh, PackedDense<float, 7, 1>>>;
   using Flown = KklModel<float, 1, 2, 7, 2, Map>;
   const LatentShape shape = mixed_shape();

@@ -123,7 +123,7 @@ TEST(Carried, ASensorMountedOtherwiseTrainsTheSameObserverAndIsInItsDomain) {
   const Experiment experiment = experiment_of("", "steps = 0\n");
   const codegen::Model model = train(experiment, data, data, {}).model;
   const codegen::Model other = train(experiment, mounted, mounted, {}).model;
-  constexpr double kFloat = 1e-4;  // of roll-outs in float, and of a ridge regression on them
+  constexpr double kFloat = 1e-4;  // error of roll-outs in float, and of a ridge regression on them
   EXPECT_NEAR(reference_rmse(model, mounted), reference_rmse(model, data), 1e-9) << "to rounding of double";
   EXPECT_NEAR(reference_rmse(other, data), reference_rmse(model, data), kFloat * reference_rmse(model, data));
   for (int r = 0; r < model.nz(); ++r)

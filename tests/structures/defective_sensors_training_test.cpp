@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a sensor is declared to do in training lowers the error in flight under the same, and costs the observer that
-// flies without it: each defect has the training without it as its control.
+// A sensor defect that is declared in training lowers the error in flight with the defect, and costs accuracy without
+// it. The control of each defect is the training without it.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -29,7 +29,7 @@ Experiment pushed_mass(const std::string& training) {
   return experiment;
 }
 
-/// Of the last 200 samples, under sensors that do what is declared in `noise` and `input_noise`.
+/// Error over the last 200 samples, with sensors as declared in `noise` and `input_noise`.
 double settled_error(const codegen::Model& model, Dataset data, const std::string& noise,
                      const std::string& input_noise) {
   for (std::size_t i = 0; i < data.trajectories.size(); ++i) {

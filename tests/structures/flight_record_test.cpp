@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What training records of its data, for exports to be tried on.
+// The record of training data on which exports are tested.
 #include "trainer/structures/flight_record.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ VectorXd flown_output(const codegen::Model& model, const codegen::FlightRun& run
   return model.flight.output_step(0) * run.outputs.row(0).cast<double>().transpose();
 }
 
-/// Where `run` begins in the first output of a trajectory, or -1.
+/// Returns the sample at which `run` begins in the first output of a trajectory, or -1.
 Index start_in(const VectorXd& run, const Trajectory& trajectory, double tolerance) {
   for (Index start = 0; start + run.size() <= trajectory.samples(); ++start)
     if ((trajectory.outputs.row(0).segment(start, run.size()).transpose() - run).cwiseAbs().maxCoeff() <= tolerance)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer with a prior as it trains: the gradient through time, equations and range against finite differences, and
-// what is rolled out against what flies.
+// Training of an observer with a prior: the gradient through time, equations and range against finite differences, and
+// roll-outs against flight.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a refusal says.
+// The message of a refusal.
 #pragma once
 
 #include <string>

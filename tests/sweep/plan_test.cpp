@@ -153,7 +153,7 @@ std::vector<std::string> names(const std::string& text) {
   return all;
 }
 
-/// What a shell makes of `word`.
+/// Returns `word` as a shell reads it.
 std::string by_the_shell(const std::string& word) {
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(("printf %s " + word).c_str(), "r"), ::pclose);
   std::string text;

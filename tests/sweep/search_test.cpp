@@ -86,7 +86,7 @@ TEST(Search, DrawsTheSameAgain) {
   }
 }
 
-// What a search may not touch: the plant, the data, the noise, what is asked of the loss.
+// A search must not change the plant, the data, the noise or the loss.
 TEST(Search, LeavesTheTaskAsItIs) {
   for (const char* name : {"van_der_pol", "van_der_pol_gated", "qube", "battery", "car", "van_der_pol_general"}) {
     const Experiment base = shipped(name);
@@ -160,7 +160,7 @@ TEST(Search, ValidatesShortTrainingsTwentyTimes) {
 TEST(Halving, SpendsTheTimeAndOneTrainingMore) {
   for (const std::size_t candidates : {1U, 2U, 4U, 7U, 16U, 64U}) {
     const std::vector<Rung> rungs = halving_rungs(candidates, 300.0);
-    double seconds = rungs.back().seconds;  // of the winner
+    double seconds = rungs.back().seconds;  // time of the winner
     for (const Rung& rung : rungs) seconds += static_cast<double>(rung.candidates) * rung.seconds;
     EXPECT_NEAR(seconds, 300.0, 1e-9);
     EXPECT_EQ(rungs.front().candidates, candidates);

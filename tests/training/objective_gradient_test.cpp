@@ -73,8 +73,8 @@ TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnWeightedSamples) {
 /// Every loss over every structure that may have it.
 TEST(Objective, GradientMeetsDifferencesForEveryLossOverEveryStructure) {
   for (const TrainableStructure* structure : structure_table()) {
-    if (structure->name() == "carried") continue;  // of vectors: carried_test.cpp
-    if (structure->name() == "prior") continue;    // of equations: prior_test.cpp
+    if (structure->name() == "carried") continue;  // tested in carried_test.cpp
+    if (structure->name() == "prior") continue;    // tested in prior_test.cpp
     for (const LossTerm& term : loss_terms()) {
       if (term.needs_eigenvalues && !structure->has_eigenvalues()) continue;
       SCOPED_TRACE(std::string(structure->name()) + ", " + std::string(term.name));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same bytes for any number of threads and however often a training was interrupted, or an error that says why not.
+// A training gives the same bytes for any number of threads and of interruptions, or an error with the reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -126,7 +126,7 @@ TEST(Resume, ResumingAFinishedRunChangesNothing) {
   EXPECT_EQ(codegen::to_json(again.model), bytes);
 }
 
-/// What a training in `directory` has written so far.
+/// The state that a training in `directory` has written.
 TrainingState state_in(const std::string& directory, const ObserverStructure& structure, const Experiment& experiment) {
   const std::string path = directory + "/checkpoint.bin", bytes = codegen::read_file(path);
   const auto parameters = static_cast<std::size_t>(structure.parameters());

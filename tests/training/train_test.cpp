@@ -197,8 +197,8 @@ TEST(Train, JitteredLogsTakeSegmentLengthsByTheNominalPeriod) {
     (void)train(experiment, data, validation_set(), options);
     return losses.front();
   };
-  // The same segments and ticks; only what follows the gap in run 0 differs, a little. Segments of a tenth of the
-  // length would change the loss by much more, as most of their samples lie in the transient from z = 0.
+  // Segments and ticks are equal; only the samples behind the gap in run 0 differ a little. Segments of a tenth of the
+  // length would change the loss by much more, because most of their samples lie in the transient from z = 0.
   EXPECT_NEAR(first_loss(late), first_loss(even), 0.05 * first_loss(even));
 }
 
@@ -215,7 +215,7 @@ TEST(Train, AShortVanDerPolRunLowersTheValidationErrorFarBelowItsStart) {
   const TrainingResult result =
       train(experiment, test::van_der_pol_set(20, 15.0, 1, 2.0), test::van_der_pol_set(4, 15.0, 2, 2.0), {});
   EXPECT_EQ(result.outcome, TrainOutcome::kFinished);
-  // What is left is the transient from z = 0, which no map of z can undo.
+  // The rest is the transient from z = 0, which no map of z can undo.
   EXPECT_LT(result.validation_rmse, 0.3 * result.metrics.front().validation_rmse);
   EXPECT_LT(testing::plain_rmse(result.model, test::van_der_pol_set(4, 15.0, 3, 2.0)), 0.5)
       << "on runs it has never seen, noise-free, the transient from z = 0 included";

@@ -145,7 +145,7 @@ inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// The same by the observer that exports are tested against, which is given the inputs that its model reads.
+/// RMSE of the reference observer, which is given the inputs that its model reads.
 inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   codegen::ReferenceObserver<double> observer(model);
   double squares = 0.0;
@@ -159,7 +159,7 @@ inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// Of the last samples of each run alone.
+/// RMSE over the last samples of each run.
 inline double settled_rmse(const codegen::Model& model, Dataset data, Eigen::Index samples) {
   for (Trajectory& run : data.trajectories) run.weight.head(run.samples() - samples).setZero();
   return reference_rmse(model, data);

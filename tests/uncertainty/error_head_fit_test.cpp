@@ -62,7 +62,8 @@ codegen::Model linear_observer() {
   return m;
 }
 
-/// Of x_hat - x once the start is forgotten: T P T', P of z driven by white noise through z+ = A z + B0 v_k + B1 v_k+1.
+/// Deviation of x_hat - x after the transient: T P T' with the covariance P of z driven by white noise through z+ = A
+/// z + B0 v_k + B1 v_k+1.
 Vector2d true_deviation(const codegen::Model& m) {
   const codegen::StepMatrices step = codegen::latent_step(m, kPeriod);
   Matrix2d p;

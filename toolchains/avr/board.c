@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What toolchains/semihosting.h has, on an ATmega328P (Arduino Uno): text leaves by the serial port, which simavr prints, and
-// sleep with interrupts off is what ends simavr. Its exit status is 0 whatever happened: the status is told as text.
+// Semihosting (toolchains/semihosting.h) on an ATmega328P (Arduino Uno): text goes to the serial port, which simavr prints.
+// Sleep with interrupts off ends simavr. Its exit status is always 0, so the status is printed as text.
 #include "../semihosting.h"
 
 #include <avr/interrupt.h>

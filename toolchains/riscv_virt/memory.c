@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a compiler may call in any program, where there is no C library. Volatile, or it makes a call of the loop
-// itself.
+// Functions that a compiler may call in any program, for targets without a C library. The pointers are volatile, or the
+// compiler would turn the loop into a call of itself.
 #include <stddef.h>
 
 void* memcpy(void* restrict to, const void* restrict from, size_t count);

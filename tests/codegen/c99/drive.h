@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Drives one exported C99 observer: its golden replay, then a long run over anything that can happen to it, whose hash
-// must be the same on every target. Included once per observer, behind
+// Drives one exported C99 observer: its golden replay, then a long run over random events, whose hash must be the same
+// on every target. Included once per observer, behind
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
-//   #define NLO_INPUTS 2  // where it reads inputs
-//   #define NLO_SETTLES   // where it has a steady state to start from
-//   #define NLO_WATCHED   // where it has a monitor
-//   #define NLO_SETTLES_BY_Y  // and that is of its outputs alone
+//   #define NLO_INPUTS 2  // if it reads inputs
+//   #define NLO_SETTLES   // if it can start at a steady state
+//   #define NLO_WATCHED   // if it has a monitor
+//   #define NLO_SETTLES_BY_Y  // if the steady state depends on its outputs alone
 // NLO_STEPS are driven, the first NLO_CALM of them as in flight: 20000 and 4000 unless they are defined.
-// It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
-// Measurements are made of integers and powers of two: nothing here can round, whatever the compiler fuses.
+// It defines `int rig_drive(void)`, which prints "rig HASH" and returns 0, or prints where the replay failed.
+// Measurements are made from integers and powers of two, so that nothing rounds, even if the compiler fuses operations.
 
 #ifndef NLO_C99_DRIVE_H
 #define NLO_C99_DRIVE_H

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The C++ runtime's deterministic policy behind the header of a C99 export: linked in the place of NAME.c, it gives the
-// bits that NAME.c must give. With NLO_C99_SINGLE it is the single header instead, whose class has the same members.
+// The C++ runtime's deterministic policy behind the header of a C99 export. Linked in place of NAME.c, it gives the
+// bits that NAME.c must give. With NLO_C99_SINGLE it is the single header, whose class has the same members.
 //   NLO_C99_SHIM(rig, float)           // after including both headers of the name
-//   NLO_C99_DRIVEN_SHIM(motor, float)  // where it reads inputs
-//   NLO_C99_WARM_SHIM(rig, float)      // and where it has a steady state; NLO_C99_DRIVEN_WARM_SHIM: of y and u
+//   NLO_C99_DRIVEN_SHIM(motor, float)  // if it reads inputs
+//   NLO_C99_WARM_SHIM(rig, float)      // if it has a steady state; NLO_C99_DRIVEN_WARM_SHIM: of y and u
 #pragma once
 
 #include <bit>
@@ -44,11 +44,11 @@ class Resumed {
   State& state_;
 };
 #else
-/// The same of the runtime.
+/// The runtime's observer, continued from a state.
 template <class State, class Model>
 class Resumed {
  public:
-  /// Of any structure. It also takes what restore() refuses: memory as a flipped bit has left it.
+  /// An observer of any structure that also takes states that restore() refuses, such as memory with a flipped bit.
   struct Observer : SampledObserver<Model, Arithmetic::kDeterministic> {
     using Base = SampledObserver<Model, Arithmetic::kDeterministic>;
     using Base::Base;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Arithmetic of floats gives the bits of tests/golden on every core: there are cores whose own is in
-// toolchains/cortex_m/floats.S. Numbers of all kinds: any bits, exponents that are near each other, sums and products
-// that lie half way, denormals, infinities, none.
+// Arithmetic of floats gives the bits of tests/golden on every core, also with toolchains/cortex_m/floats.S. The
+// numbers are of all kinds: random bits, neighbouring exponents, sums and products half way between floats, denormals,
+// infinities, NaN.
 #include <bit>
 #include <cstdint>
 #include <iterator>
@@ -25,7 +25,7 @@ struct Random {
   }
 };
 
-/// Of words; any change shows.
+/// A sum over words that changes if any word changes.
 class Sum {
  public:
   void add(std::uint32_t word) { value_ = std::rotl(value_ ^ word, 5) * 0x9e3779b1U; }

@@ -52,7 +52,7 @@ void check_blocks() {
     check_block<5, 25>(random, hash);
     check_block<4, 63>(random, hash);
   }
-  Hash other;  // of blocks that not every core has
+  Hash other;  // hash of blocks that not every core has
   [&]<int kFew>(std::integer_sequence<int, kFew>) {
     if constexpr (kernels::int16::Blocks<kFew>::kWhole > 0) {
       check_block<1, 12>(random, other);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the programs of this folder print with, on an emulated board (NLO_ON_BOARD) and on the host alike; and the hash
-// that stands for a long run.
+// Output functions for the programs of this folder, on an emulated board (NLO_ON_BOARD) and on the host, and the hash
+// of a long run.
 #pragma once
 
 #include <bit>

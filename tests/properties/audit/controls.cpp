@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What symbol_audit.sh must catch, one defect per -DCONTROL: an audit that finds nothing here is blind.
+// Controls of symbol_audit.sh: one defect per -DCONTROL, which the audit must find.
 #include <cmath>
 #include <cstdlib>
 

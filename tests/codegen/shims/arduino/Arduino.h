@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a generated sketch asks of an Arduino core, on a clock that runs by itself: enough to compile a sketch without
-// the vendor's tools, and to run it for some simulated seconds.
+// A minimal Arduino core with a clock that runs by itself. It suffices to compile a generated sketch without the
+// vendor's tools and to run it for some simulated seconds.
 #pragma once
 
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The work queue: starts an exported module, runs it over the golden readings, with a lost run now and then, and holds
-// what it publishes against the C99 pair bit for bit. MODULE is the file of the module.
+// The work queue: starts an exported module, runs it over the golden readings with an occasional lost run, and compares
+// its published estimates with the C99 pair bit for bit. MODULE is the file of the module.
 #include MODULE
 
 static hrt_abstime now_us = 1000000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an exported sketch asks of SimpleFOC: a motor that follows its voltage, an encoder on its shaft, and a loop of a
+// A minimal SimpleFOC for exported sketches: a motor that follows its voltage, an encoder on its shaft, and a loop of a
 // fifth of a millisecond.
 #pragma once
 

@@ -58,7 +58,7 @@ int main() {
   bool alarmed = false;
 #endif
   const uint32_t period = NLO_PERIOD_US;
-  uint32_t last = now_us - period, late = 0;  // of the latest step
+  uint32_t last = now_us - period, late = 0;  // time and delay of the latest step
   const double fastest = 0.25e6 / period;  // rad/s: less than a fifth of a turn a late update, which encoders can miss
   int irregular = 0, regular = 0, begun_anew = 0, moved = 0;
   for (int loop = 0; loop < 6000; ++loop) {

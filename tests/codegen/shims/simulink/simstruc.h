@@ -19,7 +19,7 @@ enum { kShimPorts = 4 };
 
 typedef struct {
   int width, type, feedthrough, contiguous;
-  double* signal;  // of any type
+  double* signal;  // signals of any type
 } ShimPort;
 
 typedef struct {

@@ -1,4 +1,4 @@
-# What a generated Zephyr module and its sample ask of Zephyr's build system: the target `app`, CONFIG_ symbols of prj.conf,
+# A minimal Zephyr build system for a generated module and its sample: the target `app`, CONFIG_ symbols of prj.conf,
 # modules, libraries. The compiler is the one of this machine, or of the toolchain file.
 project(zephyr_shim LANGUAGES C CXX)
 set(CMAKE_CXX_STANDARD 20)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a generated Zephyr sample asks of the kernel: a timer that has always just expired, and after 3 s of its time an
-// end.
+// A minimal Zephyr kernel for a generated sample: a timer that has always just expired, and an end after 3 s of its
+// time.
 #pragma once
 
 #include <cstdint>
