@@ -58,7 +58,7 @@ struct Logs {
 class Study {
  public:
   Study(const Identification& identification, Logs logs, const LogSchema& schema, ThreadPool& pool,
-        const std::atomic<bool>* stop, const FilterProgress& progress)
+        const std::atomic<bool>* stop, const StudyProgress& progress)
       : identification_(identification),
         logs_(std::move(logs)),
         schema_(schema),
@@ -190,7 +190,7 @@ class Study {
   const LogSchema& schema_;
   ThreadPool& pool_;
   const std::atomic<bool>* stop_;
-  const FilterProgress& progress_;
+  const StudyProgress& progress_;
   std::vector<double> scale_;
   EvaluationWindows windows_;
   int evaluations_ = 0;
@@ -200,7 +200,7 @@ class Study {
 
 FilterStudy study_filters(const Identification& identification, const VectorXd& p, const LogSplits& splits,
                           const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop,
-                          const FilterProgress& progress) {
+                          const StudyProgress& progress) {
   const auto& from_s = identification.identify.from_s;
   const bool validation = !splits.validation.trajectories.empty(), test = !splits.test.trajectories.empty();
   const Dataset& tuning = validation ? splits.validation : splits.train;

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <atomic>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,9 +24,6 @@ struct FilterStudy {
   double sample_period_s = 0.0;
 };
 
-/// About which share of all is done, and what is being done.
-using FilterProgress = std::function<void(double share, const std::string& what)>;
-
 /// EKF and UKF of the plant with parameters `p`: process noise per state, R per output and the scale of P0 are searched
 /// (coordinate_search()) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation
 /// logs, or on the training logs where there are none. The UKF's search starts where the EKF's ended. Where a hidden
@@ -36,6 +32,6 @@ using FilterProgress = std::function<void(double share, const std::string& what)
 /// regression and the baselines learn from the training logs. All start at each of from_s in each log.
 FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,
                           const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
-                          const FilterProgress& progress = {});
+                          const StudyProgress& progress = {});
 
 }  // namespace nlo::trainer

@@ -18,7 +18,7 @@
 #include "trainer/data/dataset.h"
 #include "trainer/judge/compare/compare_study.h"
 #include "trainer/judge/compare/compare_text.h"
-#include "trainer/judge/compare/filter_table.h"
+#include "trainer/judge/compare/runs_under.h"
 #include "trainer/judge/compare/strict_study.h"
 
 namespace nlo::trainer {
@@ -31,15 +31,6 @@ struct CompareArguments {
   bool as_trained = false, quick = false, no_tuning = false, json = false;
 };
 
-/// One condition: the sensors and the plant's noise of the training itself, whose filters are told all.
-ConditionSet as_trained(const Experiment& experiment) {
-  Condition condition;
-  condition.name = "as_trained";
-  condition.noise = experiment.training.noise;
-  condition.process_noise = experiment.simulation.process_noise;
-  return {0.0, {condition}};
-}
-
 std::vector<std::string> rivals() {
   std::vector<std::string> names = alternative_names();
   names.emplace_back("particle");
@@ -47,7 +38,7 @@ std::vector<std::string> rivals() {
 }
 
 /// All models must be of the plant and the box that the first was trained on: the same runs are to judge them.
-void require_one_plant(const std::vector<ComparedModel>& models, const std::vector<Experiment>& experiments) {
+void require_one_plant(const std::vector<NamedModel>& models, const std::vector<Experiment>& experiments) {
   const auto differs = [&](std::size_t i, const std::string& what) {
     throw codegen::Error(fmt::format("{}: has {} than {}; models are compared on the same runs of one plant",
                                      models[i].name, what, models.front().name));
@@ -67,7 +58,7 @@ void require_one_plant(const std::vector<ComparedModel>& models, const std::vect
 }
 
 void run_compare(CompareArguments arguments) {
-  std::vector<ComparedModel> models;
+  std::vector<NamedModel> models;
   std::vector<Experiment> experiments;
   for (const std::string& path : arguments.models) {
     models.push_back({path, codegen::read_model(path)});
@@ -84,9 +75,11 @@ void run_compare(CompareArguments arguments) {
     arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
     arguments.test.particles = std::min(arguments.test.particles, 200);
   }
-  ConditionSet set = arguments.as_trained           ? as_trained(experiments.front())
-                     : arguments.conditions.empty() ? default_conditions()
-                                                    : read_conditions(arguments.conditions);
+  ConditionSet set =
+      arguments.as_trained
+          ? ConditionSet{0.0, {trained_condition(experiments.front(), experiments.front().training.noise)}}
+      : arguments.conditions.empty() ? default_conditions()
+                                     : read_conditions(arguments.conditions);
   for (Condition& condition : set.conditions)
     condition.changes.insert(condition.changes.end(), arguments.changes.begin(), arguments.changes.end());
   std::vector<std::string> left_out;

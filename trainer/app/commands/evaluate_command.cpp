@@ -189,7 +189,7 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   PatientProgress progress;
   const auto studies = run_phase([&] {
     return run_strict_study(models, experiment, arguments.test,
-                            [&](double share) { progress.update(share, "test sets"); });
+                            [&](double share, const std::string& what) { progress.update(share, what); });
   });
   progress.finish();
   std::vector<std::string> results;

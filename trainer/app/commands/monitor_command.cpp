@@ -31,7 +31,7 @@
 #include "trainer/experiments/mirrored_channels.h"
 #include "trainer/judge/compare/compare_study.h"
 #include "trainer/judge/compare/compared_runs.h"
-#include "trainer/judge/compare/strict_study.h"
+#include "trainer/judge/compare/runs_under.h"
 #include "trainer/judge/evaluation/text.h"
 #include "trainer/judge/monitor/fit_monitor.h"
 #include "trainer/judge/monitor/monitor_study.h"
@@ -219,15 +219,6 @@ void write(const codegen::Model& model, const std::string& output, const std::st
   }
 }
 
-/// The table's conditions do not say what the training's sensors are; these do.
-Condition trained_condition(const std::vector<NoiseConfig>& noises, const Experiment& experiment) {
-  Condition condition;
-  condition.name = "as_trained";
-  condition.noise = noises.front();
-  condition.process_noise = experiment.simulation.process_noise;
-  return condition;
-}
-
 /// Chooses the time constant and the rate of false alarms unless the user has. Returns lines that say what is unusual
 /// about them. Throws codegen::Error if the user asks for a rate that averages over so long a time cannot have.
 std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Model& model, const SensedRuns& runs,
@@ -270,9 +261,9 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
   const SensedRuns clean = sensed_runs(experiment, {NoiseConfig{}}, long_run_s, kCleanSeed, kFitRuns / 2);
   Experiment nominal = nominal_experiment(experiment);
   nominal.simulation.horizon_s = long_run_s;
-  const std::vector<FlownRun> trial = flown_runs(
-      compared_runs(nominal, trained_condition(noises, experiment), SeedStream::kValidation, kTrialSeed, 1, kTrialRuns),
-      kMostTrialSamples);
+  const std::vector<FlownRun> trial = flown_runs(compared_runs(nominal, trained_condition(experiment, noises.front()),
+                                                               SeedStream::kValidation, kTrialSeed, 1, kTrialRuns),
+                                                 kMostTrialSamples);
   FittedMonitor fitted = fit_monitor(model, fit, limits, clean, trial, request, progress);
   fitted.notes = std::move(notes);
   return fitted;
@@ -340,7 +331,7 @@ void run_monitor(MonitorArguments arguments) {
                                        arguments.request.threads);
     if (!experiment.log && arguments.runs > 0)
       study = study_monitor(
-          model, experiment, trained_condition(noises, experiment), set, arguments.request.time_constant_s,
+          model, experiment, trained_condition(experiment, noises.front()), set, arguments.request.time_constant_s,
           arguments.runs, hours / 4.0, arguments.seed, arguments.request.threads,
           [&](double share) { progress.update(kLimitsShare + (1.0 - kLimitsShare) * share, "conditions"); });
     if (!arguments.dry_run) write(model, output, arguments.model, read);

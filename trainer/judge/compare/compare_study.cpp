@@ -68,8 +68,8 @@ void check_changes(const Condition& condition, const Experiment& nominal, const 
 
 class Study {
  public:
-  Study(const std::vector<ComparedModel>& models, const Experiment& experiment, const ConditionSet& set,
-        const CompareTest& test, const CompareProgress& progress, const std::atomic<bool>* stop)
+  Study(const std::vector<NamedModel>& models, const Experiment& experiment, const ConditionSet& set,
+        const CompareTest& test, const StudyProgress& progress, const std::atomic<bool>* stop)
       : models_(models),
         experiment_(experiment),
         nominal_(nominal_experiment(experiment)),
@@ -147,7 +147,7 @@ class Study {
     set_norms(cell, squares, test_.seeds);
   }
 
-  void observe(const ComparedModel& model, const ComparedRuns& runs, CompareCell& cell) const {
+  void observe(const NamedModel& model, const ComparedRuns& runs, CompareCell& cell) const {
     const Estimator observer = observer_estimator(model.model, has_uniform_steps(runs.set, model.model))();
     estimate([&](std::size_t) { return observer; }, runs, cell);
   }
@@ -212,11 +212,11 @@ class Study {
     result_.worst.push_back(std::move(kept));
   }
 
-  const std::vector<ComparedModel>& models_;
+  const std::vector<NamedModel>& models_;
   const Experiment& experiment_;
   Experiment nominal_;
   const CompareTest& test_;
-  const CompareProgress& progress_;
+  const StudyProgress& progress_;
   const std::atomic<bool>* stop_;
   std::vector<std::string> joint_parameters_;
   std::vector<MadeOf> made_of_;
@@ -247,8 +247,8 @@ std::vector<Condition> compared_conditions(const Experiment& experiment, const C
   return conditions;
 }
 
-Comparison run_comparison(const std::vector<ComparedModel>& models, const Experiment& experiment,
-                          const ConditionSet& conditions, const CompareTest& test, const CompareProgress& progress,
+Comparison run_comparison(const std::vector<NamedModel>& models, const Experiment& experiment,
+                          const ConditionSet& conditions, const CompareTest& test, const StudyProgress& progress,
                           const std::atomic<bool>* stop) {
   return Study(models, experiment, conditions, test, progress, stop).run();
 }

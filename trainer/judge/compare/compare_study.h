@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <atomic>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,11 +27,6 @@ struct CompareTest {
   int tuning_trajectories = 16;
   int particles = 400;
   int threads = 0;  ///< 0: all cores; the figures do not depend on it
-};
-
-struct ComparedModel {
-  std::string name;
-  codegen::Model model;
 };
 
 /// An observer, a filter as shipped, a filter tuned for each condition, or the floor.
@@ -82,13 +76,10 @@ struct Comparison {
   const CompareCell& cell(std::size_t condition, std::size_t column) const { return cells[condition][column]; }
 };
 
-/// Called from any thread, one at a time.
-using CompareProgress = std::function<void(double share, const std::string& what)>;
-
 /// Models of one plant, sample period and box as `experiment` has them; filters know its nominal parameters. Throws
 /// codegen::Error for a model that is not, for a condition that the plant does not know, and when `stop` is set.
-Comparison run_comparison(const std::vector<ComparedModel>& models, const Experiment& experiment,
-                          const ConditionSet& conditions, const CompareTest& test, const CompareProgress& progress = {},
+Comparison run_comparison(const std::vector<NamedModel>& models, const Experiment& experiment,
+                          const ConditionSet& conditions, const CompareTest& test, const StudyProgress& progress = {},
                           const std::atomic<bool>* stop = nullptr);
 
 /// The conditions of run_comparison(), checked against the plant; throws as it does.

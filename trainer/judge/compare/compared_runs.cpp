@@ -105,8 +105,8 @@ constexpr std::string_view kParticle = "particle";
 
 using Columns = std::vector<ComparedColumn>;
 
-void add_observers(const std::vector<ComparedModel>& models, Columns& columns) {
-  for (const ComparedModel& model : models) {
+void add_observers(const std::vector<NamedModel>& models, Columns& columns) {
+  for (const NamedModel& model : models) {
     CompareColumn column{models.size() == 1 ? "observer" : model.name,
                          fmt::format("{} observer", codegen::structure_name(model.model)), true};
     const codegen::CppCost cost = codegen::cpp_cost(codegen::PreparedExport(model.model));
@@ -118,8 +118,8 @@ void add_observers(const std::vector<ComparedModel>& models, Columns& columns) {
   }
 }
 
-void add_simple(const std::string& name, const std::vector<ComparedModel>& models, Columns& columns) {
-  for (const ComparedModel& model : models) {
+void add_simple(const std::string& name, const std::vector<NamedModel>& models, Columns& columns) {
+  for (const NamedModel& model : models) {
     CompareColumn column{name, std::string(estimator_words(name)->meaning)};
     if (name == "ridge" && models.size() > 1) column.name += " of " + model.name;
     columns.push_back({column, {&model, nullptr, false, name}});
@@ -129,7 +129,7 @@ void add_simple(const std::string& name, const std::vector<ComparedModel>& model
 
 }  // namespace
 
-std::vector<ComparedColumn> compared_columns(const std::vector<ComparedModel>& models, const Experiment& nominal,
+std::vector<ComparedColumn> compared_columns(const std::vector<NamedModel>& models, const Experiment& nominal,
                                              const std::vector<std::string>& joint_parameters,
                                              const CompareTest& test) {
   const auto wants = [&](std::string_view name) { return std::ranges::find(test.against, name) != test.against.end(); };

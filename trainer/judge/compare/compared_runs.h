@@ -45,7 +45,7 @@ double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::M
 
 /// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
 struct MadeOf {
-  const ComparedModel* model = nullptr;
+  const NamedModel* model = nullptr;
   const FilterRow* filter = nullptr;
   bool tuned = false;
   std::string simple = {};
@@ -59,7 +59,7 @@ struct ComparedColumn {
 /// The observers, then of what `test` wants: filters as shipped and tuned, what knows no plant, the floor.
 ///   nominal           the experiment with its nominal parameters
 ///   joint_parameters  that filters of state and parameters estimate
-std::vector<ComparedColumn> compared_columns(const std::vector<ComparedModel>& models, const Experiment& nominal,
+std::vector<ComparedColumn> compared_columns(const std::vector<NamedModel>& models, const Experiment& nominal,
                                              const std::vector<std::string>& joint_parameters, const CompareTest& test);
 
 }  // namespace nlo::trainer

@@ -57,6 +57,14 @@ Experiment nominal_experiment(const Experiment& experiment) {
   return nominal;
 }
 
+Condition trained_condition(const Experiment& experiment, const NoiseConfig& noise) {
+  Condition condition;
+  condition.name = "as_trained";
+  condition.noise = noise;
+  condition.process_noise = experiment.simulation.process_noise;
+  return condition;
+}
+
 Experiment experiment_under(const Experiment& base, const Condition& condition, std::size_t run) {
   Experiment tested = base;
   if (condition.changes_parameters())

@@ -20,6 +20,9 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
 /// An experiment without what it drew to train: nominal parameters, no process noise.
 Experiment nominal_experiment(const Experiment& experiment);
 
+/// The condition "as_trained": sensors with `noise`, and the process noise of the training.
+Condition trained_condition(const Experiment& experiment, const NoiseConfig& noise);
+
 /// `base`, in which the condition's `changes` are made already, with its parameters and its process noise in run `run`,
 /// counted over all seeds.
 Experiment experiment_under(const Experiment& base, const Condition& condition, std::size_t run);

@@ -68,7 +68,8 @@ class Row {
         if (looped()) add_loops(models_[m].model, {set, cost}, s, seed, group);
         for (Evaluation& evaluation : group) describe(evaluation);
         if (progress)
-          progress((s + static_cast<double>(m + 1) / static_cast<double>(models_.size())) / static_cast<double>(sets));
+          progress((s + static_cast<double>(m + 1) / static_cast<double>(models_.size())) / static_cast<double>(sets),
+                   "test sets");
       }
     }
     if (study.is_single()) {
@@ -195,8 +196,8 @@ std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& mod
   const auto all = static_cast<double>(test.conditions.size());
   for (const Condition& condition : test.conditions) {
     const auto done = static_cast<double>(studies.size());
-    studies.push_back(Row(models, experiment, test, condition).run([&](double share) {
-      if (progress) progress((done + share) / all);
+    studies.push_back(Row(models, experiment, test, condition).run([&](double share, const std::string& what) {
+      if (progress) progress((done + share) / all, what);
     }));
   }
   return studies;

@@ -3,7 +3,6 @@
 // user would do without them.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,13 +27,6 @@ struct StrictTest {
 
 /// Those of `noises` in a plant as it is.
 std::vector<Condition> conditions_of(const std::vector<NoiseConfig>& noises, const Condition& common = {});
-
-struct NamedModel {
-  std::string name;
-  codegen::Model model;
-};
-
-using StudyProgress = std::function<void(double share)>;
 
 /// The EKF that knows what the condition's `changes` have made of the plant.
 inline constexpr std::string_view kTrueEkf = "ekf_true";

@@ -23,6 +23,14 @@
 
 namespace nlo::trainer {
 
+struct NamedModel {
+  std::string name;  ///< in tables and in JSON
+  codegen::Model model;
+};
+
+/// Called with the share of all work that is done, and what is being done. One call at a time, from any thread.
+using StudyProgress = std::function<void(double share, const std::string& what)>;
+
 /// Estimates over one run from reset, causal:
 ///   outputs  n_y x N  as measured
 ///   inputs   n_u x N  what excited the plant, without noise; 0 x 0 when nothing did

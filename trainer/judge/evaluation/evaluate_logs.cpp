@@ -182,7 +182,7 @@ void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, co
 
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
-                               MetricsConfig config, const LogProgress& progress, const LogFlight& flight) {
+                               MetricsConfig config, const StudyProgress& progress, const LogFlight& flight) {
   if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
   require_same_names(model.outputs, logs.outputs, "outputs");
   const std::vector<Eigen::Index> scored = scored_states(model, logs);

@@ -69,9 +69,6 @@ struct LogEvaluation {
   std::vector<EvaluatedRun> examples;    ///< all logs, or kMostExamples of them (examples.h); the first is the first
 };
 
-/// What is being done, and which share of all is done before it.
-using LogProgress = std::function<void(double share, const std::string& what)>;
-
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
 ///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others
 ///                  are unscored
@@ -82,7 +79,7 @@ using LogProgress = std::function<void(double share, const std::string& what)>;
 ///   config         how errors are read; its state_scale is set here where the states' units differ
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
-                               MetricsConfig config = {}, const LogProgress& progress = {},
+                               MetricsConfig config = {}, const StudyProgress& progress = {},
                                const LogFlight& flight = {});
 
 /// The share and the place of the samples that have no weight.
