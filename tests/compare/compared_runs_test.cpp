@@ -8,8 +8,8 @@
 
 #include "tests/compare/plants.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/judge/compare/compare_study.h"
 #include "trainer/judge/compare/conditions.h"
+#include "trainer/judge/compare/study.h"
 
 namespace nlo::trainer {
 namespace {
@@ -121,6 +121,20 @@ TEST(ComparedRuns, CountTheErrorOfALaneForItsRun) {
     EXPECT_NEAR(squares[lane], squared_error(runs, run, estimate), 1e-12);
     EXPECT_NEAR(squares[lane], (truth(runs, run) - estimate).colwise().squaredNorm().mean(), 1e-12);
   }
+}
+
+TEST(ComparedRuns, GiveTheEstimatesOfEachLaneToItsRun) {
+  const ComparedRuns runs = runs_under({});
+  class Echo final : public LaneFilter {
+   public:
+    MatrixXd step(const LaneRuns& lanes, Eigen::Index k) override {
+      return lanes.outputs[static_cast<std::size_t>(k)].replicate(2, 1);
+    }
+  } echo;
+  const std::vector<MatrixXd> x_hat = lane_estimates(echo, runs);
+  for (std::size_t run = 0; run < x_hat.size(); ++run)
+    EXPECT_EQ(x_hat[run], MatrixXd(runs.outputs[run].replicate(2, 1))) << run;
+  EXPECT_EQ(set_of(runs, 1, 4).trajectories[2].states, truth(runs, 6)) << "the second set is that of the second seed";
 }
 
 const VectorXd kOutput = VectorXd::Constant(1, 1.41);

@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
@@ -54,7 +56,7 @@ TEST(Evaluate, SameBytesForAnyNumberOfThreads) {
   const Evaluation one = evaluate_on_plant(low_pass_model(), set, kGaussian, 7, 1);
   for (const int threads : {2, 3, 8}) {
     const Evaluation many = evaluate_on_plant(low_pass_model(), set, kGaussian, 7, threads);
-    EXPECT_EQ(evaluation_json("m", {one}, 1.0), evaluation_json("m", {many}, 1.0));
+    EXPECT_EQ(evaluation_json(row_of("m", {one}), 1.0), evaluation_json(row_of("m", {many}), 1.0));
     EXPECT_EQ(one.metrics.curve, many.metrics.curve);
     ASSERT_EQ(one.examples.size(), many.examples.size());
     for (std::size_t i = 0; i < one.examples.size(); ++i)
@@ -79,6 +81,21 @@ TEST(Evaluate, EstimatorThatEchoesTheSensorShowsTheNoiseItself) {
     EXPECT_NEAR(result.metrics.per_component[0], deviation, 0.033 * deviation);
   }
   EXPECT_EQ(evaluate("echo", echo_first_output, set, {}, 5, 1).metrics.per_component[0], 0.0);
+}
+
+TEST(Evaluate, NamesTheRunWithTheLargestNorm) {
+  const Dataset set = test::van_der_pol_set(9, 2.0, 3);
+  const auto zero = []() -> Estimator {
+    return [](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
+      return Eigen::MatrixXd(Eigen::MatrixXd::Zero(2, outputs.cols()));
+    };
+  };
+  std::vector<double> norms;
+  for (const Trajectory& run : set.trajectories) norms.push_back(std::sqrt(run.states.colwise().squaredNorm().mean()));
+  const Evaluation result = evaluate("zero", zero, set, {}, 5, 2);
+  const auto largest = std::max_element(norms.begin(), norms.end());
+  EXPECT_NEAR(result.worst, *largest, 1e-12);  // rounding
+  EXPECT_EQ(result.worst_run, static_cast<std::size_t>(largest - norms.begin()));
 }
 
 TEST(Evaluate, EstimatorSeesNoCleanValue) {
@@ -183,7 +200,7 @@ TEST(Evaluate, StatesOfDifferentUnitsHaveANormalisedNorm) {
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, {}, 1, 1);
   EXPECT_TRUE(constant.metrics.normalised);
   EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);  // rounding: knowing nothing is one deviation off
-  EXPECT_NE(evaluation_text("m", {constant}).find("normalised norm"), std::string::npos);
+  EXPECT_NE(evaluation_text(row_of("m", {constant})).find("normalised norm"), std::string::npos);
 }
 
 TEST(Evaluate, ForeignTestSetIsRefused) {
@@ -199,7 +216,7 @@ TEST(EvaluationJson, HoldsThePromisedKeysAndOnlyFiniteNumbers) {
   const Dataset set = test::van_der_pol_set(2, 3.0, 3);
   const Evaluation own = evaluate_on_plant(low_pass_model(), set, kUniform, 9, 1);
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, kUniform, 9, 1);
-  const auto json = nlohmann::json::parse(evaluation_json("low_pass", {own, constant}, 2.0));
+  const auto json = nlohmann::json::parse(evaluation_json(row_of("low_pass", {own, constant}), 2.0));
   EXPECT_EQ(json.at("noise"), "uniform:3");
   EXPECT_EQ(json.at("seed"), 9);
   EXPECT_EQ(json.at("norm"), own.metrics.norm);
@@ -217,14 +234,14 @@ TEST(EvaluationJson, NamesTheExcitation) {
   const Dataset set = test::van_der_pol_set(1, 1.0, 3);
   Evaluation own = evaluate_on_plant(low_pass_model(), set, {}, 9, 1);
   own.excitation = {{"u", "cos(12*t)"}};
-  EXPECT_EQ(nlohmann::json::parse(evaluation_json("m", {own}, 1.0)).at("excitation").at("u"), "cos(12*t)");
-  EXPECT_NE(evaluation_text("m", {own}).find("seed 9, u = cos(12*t)"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json(row_of("m", {own}), 1.0)).at("excitation").at("u"), "cos(12*t)");
+  EXPECT_NE(evaluation_text(row_of("m", {own})).find("seed 9, u = cos(12*t)"), std::string::npos);
 }
 
 TEST(EvaluationText, NamesTheTestAndOneRowPerEstimator) {
   const Dataset set = test::van_der_pol_set(2, 3.0, 3);
   const Evaluation own = evaluate_on_plant(low_pass_model(), set, kGaussian, 9, 1);
-  const std::string text = evaluation_text("low_pass", {own});
+  const std::string text = evaluation_text(row_of("low_pass", {own}));
   EXPECT_NE(text.find("low_pass on 2 trajectories of 3 s, noise gaussian:0.5, seed 9"), std::string::npos) << text;
   EXPECT_NE(text.find("observer"), std::string::npos) << text;
   EXPECT_EQ(text.find("nan"), std::string::npos) << text;

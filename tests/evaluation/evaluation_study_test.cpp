@@ -29,36 +29,36 @@ Evaluation reached(const std::string& estimator, double norm, std::uint64_t seed
 }
 
 /// Two models on two test sets: norms 1, 3 of the first and 2, 6 of the second.
-EvaluationStudy two_by_two() {
+StudyRow two_by_two() {
   return {{"a.json", "b.json"},
-          {{{reached("observer", 1.0, 7)}, {reached("observer", 3.0, 8)}},
-           {{reached("observer", 2.0, 7)}, {reached("observer", 6.0, 8)}}}};
+          {{{{reached("observer", 1.0, 7), reached("observer", 3.0, 8)},
+             {reached("observer", 2.0, 7), reached("observer", 6.0, 8)}}}}};
 }
 
 const Quantity kNorm = [](const ErrorMetrics& m) { return std::optional(m.norm); };
 
-TEST(EvaluationStudy, StandardErrorsAreThoseOfTheMeansOverTestSetsAndOverModels) {
-  const Spread spread = spread_of(two_by_two(), 0, kNorm).value();
+TEST(StudyRow, StandardErrorsAreThoseOfTheMeansOverTestSetsAndOverModels) {
+  const Spread spread = spread_of(two_by_two().observer(), kNorm).value();
   EXPECT_NEAR(spread.mean, 3.0, kRounding);
   EXPECT_NEAR(spread.test_set_error.value(), 1.5, kRounding);       // from 1.5 and 4.5
   EXPECT_NEAR(spread.training_seed_error.value(), 1.0, kRounding);  // from 2 and 4
 }
 
-TEST(EvaluationStudy, OneDrawHasNoStandardError) {
-  const Spread spread = spread_of({{"a"}, {{{reached("observer", 1.0)}}}}, 0, kNorm).value();
+TEST(StudyRow, OneDrawHasNoStandardError) {
+  const Spread spread = norm_of(row_of("a", {reached("observer", 1.0)}).observer());
   EXPECT_FALSE(spread.test_set_error.has_value());
   EXPECT_FALSE(spread.training_seed_error.has_value());
 }
 
-TEST(EvaluationStudy, AMeanOfSomeIsNoMean) {
-  EvaluationStudy study = two_by_two();
+TEST(StudyRow, AMeanOfSomeIsNoMean) {
+  StudyCell cell = two_by_two().observer();
   const Quantity nrmse = [](const ErrorMetrics& m) { return m.nrmse; };
-  EXPECT_TRUE(spread_of(study, 0, nrmse).has_value());  // control
-  study.results[1][0][0].metrics.nrmse.reset();
-  EXPECT_FALSE(spread_of(study, 0, nrmse).has_value());
+  EXPECT_TRUE(spread_of(cell, nrmse).has_value());  // control
+  cell.evaluations[1][0].metrics.nrmse.reset();
+  EXPECT_FALSE(spread_of(cell, nrmse).has_value());
 }
 
-TEST(EvaluationStudy, TextAndJsonShowBothErrors) {
+TEST(StudyRow, TextAndJsonShowBothErrors) {
   const std::string text = evaluation_text(two_by_two());
   EXPECT_THAT(text, HasSubstr("2 models of one experiment on 2 test sets of 200 trajectories of 50 s"));
   EXPECT_THAT(text, HasSubstr("seeds 7 to 8"));
@@ -71,17 +71,17 @@ TEST(EvaluationStudy, TextAndJsonShowBothErrors) {
   EXPECT_EQ(json.at("models").size(), 2U);
 }
 
-TEST(EvaluationStudy, TablesStayWithinAHundredColumns) {
-  EvaluationStudy study = two_by_two();
-  for (auto& by_set : study.results)
-    for (auto& group : by_set)
-      for (Evaluation& evaluation : group) {
+TEST(StudyRow, TablesStayWithinAHundredColumns) {
+  StudyRow row = two_by_two();
+  for (StudyCell& cell : row.cells)
+    for (auto& by_test_set : cell.evaluations)
+      for (Evaluation& evaluation : by_test_set) {
         evaluation.states.insert(evaluation.states.end(), 6, {"angular_velocity", "rad/s", 0.0});
         evaluation.metrics.per_component = Eigen::VectorXd::Constant(8, 0.5);
         for (ErrorMetrics::Window& window : evaluation.metrics.windows)
           window.per_component = evaluation.metrics.per_component;
       }
-  const std::string text = evaluation_text(study);
+  const std::string text = evaluation_text(row);
   std::size_t longest = 0;
   for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)
     longest = std::max(longest, display_width(text.substr(at, text.find('\n', at) - at)));
@@ -100,11 +100,10 @@ TEST(ComparisonNotes, NameStatesThatAreNotSeenAndStatesThatNeedNoNetwork) {
   EXPECT_THAT(notes[1], HasSubstr("plain needs no network"));
 }
 
-TEST(EvaluationStudy, PlantsHaveTheNotesOfLogs) {
-  const EvaluationStudy study = {{"a"},
-                                 {{{reached("observer", 1.0), reached("constant", 1.0), reached("ridge", 2.0)}}}};
-  EXPECT_THAT(evaluation_text(study), HasSubstr("note: x2 is not seen"));
-  const EvaluationStudy good = {{"a"}, {{{reached("observer", 1.0), reached("constant", 2.0), reached("ridge", 2.0)}}}};
+TEST(StudyRow, PlantsHaveTheNotesOfLogs) {
+  const StudyRow row = row_of("a", {reached("observer", 1.0), reached("constant", 1.0), reached("ridge", 2.0)});
+  EXPECT_THAT(evaluation_text(row), HasSubstr("note: x2 is not seen"));
+  const StudyRow good = row_of("a", {reached("observer", 1.0), reached("constant", 2.0), reached("ridge", 2.0)});
   EXPECT_THAT(evaluation_text(good), Not(HasSubstr("note:")));
 }
 

@@ -22,23 +22,25 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// Two conditions and all columns of nlo compare; errors of 1, 2, 3 ... but for the tuned EKF.
-Comparison sample_comparison() {
-  Comparison comparison;
-  comparison.experiment = comparison.plant = "van_der_pol";
-  for (const char* name : {"gaussian_weak", "parameters_high"}) comparison.conditions.emplace_back().name = name;
+Study sample_comparison() {
+  Study study;
+  study.experiment = study.plant = "van_der_pol";
+  for (const char* name : {"gaussian_weak", "parameters_high"}) study.test.conditions.emplace_back().name = name;
   for (const char* name : {"observer", "ekf", "ekf_tuned", "ukf", "ukf_tuned", "joint_ekf", "joint_ekf_tuned", "mhe",
                            "mhe_tuned", "high_gain", "high_gain_tuned", "particle"}) {
-    comparison.columns.emplace_back().name = name;
-    comparison.columns.back().is_observer = comparison.columns.size() == 1;
+    study.estimators.emplace_back().name = name;
+    study.estimators.back().is_observer = study.estimators.size() == 1;
   }
   for (int i = 0; i < 2; ++i) {
-    auto& cells = comparison.cells.emplace_back();
-    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
-      cells.emplace_back().norms = Eigen::Vector2d::Constant(static_cast<double>(c + 1) + 0.5 * i);
+    auto& cells = study.rows.emplace_back().cells;
+    for (std::size_t c = 0; c < study.estimators.size(); ++c) {
+      Evaluation evaluation;
+      evaluation.metrics.norm = static_cast<double>(c + 1) + 0.5 * i;
+      cells.emplace_back().evaluations = {{evaluation, evaluation}};
       cells.back().tuning = "Q x 10, R x 1, P0 x 1, gate 3";
     }
   }
-  return comparison;
+  return study;
 }
 
 TEST(ComparePage, HasNamesInWordsAndHeadings) {

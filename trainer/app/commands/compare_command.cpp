@@ -16,10 +16,9 @@
 #include "trainer/app/report/pages.h"
 #include "trainer/base/printable.h"
 #include "trainer/data/dataset.h"
-#include "trainer/judge/compare/compare_study.h"
 #include "trainer/judge/compare/compare_text.h"
 #include "trainer/judge/compare/runs_under.h"
-#include "trainer/judge/compare/strict_study.h"
+#include "trainer/judge/compare/study.h"
 
 namespace nlo::trainer {
 namespace {
@@ -27,13 +26,13 @@ namespace {
 struct CompareArguments {
   std::vector<std::string> models, changes;
   std::string conditions, output;
-  CompareTest test;
+  StudyTest test;
   bool as_trained = false, quick = false, no_tuning = false, json = false;
 };
 
 std::vector<std::string> rivals() {
   std::vector<std::string> names = alternative_names();
-  names.emplace_back("particle");
+  names.emplace_back(kParticle);
   return names;
 }
 
@@ -71,7 +70,7 @@ void run_compare(CompareArguments arguments) {
   if (arguments.test.against.empty()) arguments.test.against = rivals();
   arguments.test.tune = !arguments.no_tuning;
   if (arguments.quick) {
-    arguments.test.seeds = std::min(arguments.test.seeds, 3);
+    arguments.test.test_sets = std::min(arguments.test.test_sets, 3);
     arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
     arguments.test.particles = std::min(arguments.test.particles, 200);
   }
@@ -83,7 +82,7 @@ void run_compare(CompareArguments arguments) {
   for (Condition& condition : set.conditions)
     condition.changes.insert(condition.changes.end(), arguments.changes.begin(), arguments.changes.end());
   std::vector<std::string> left_out;
-  (void)compared_conditions(experiments.front(), set, left_out);  // its refusals come first
+  arguments.test.conditions = compared_conditions(experiments.front(), set, left_out);
   if (is_stdout(arguments.output))
     throw codegen::Error(
         "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
@@ -93,15 +92,16 @@ void run_compare(CompareArguments arguments) {
   const std::atomic<bool>& stop = stop_on_interrupt();
   PatientProgress progress;
   run_phase([&] {
-    const Comparison comparison = run_comparison(
-        models, experiments.front(), set, arguments.test,
+    Study study = run_study(
+        models, experiments.front(), arguments.test,
         [&](double share, const std::string& condition) { progress.update(share, condition); }, &stop);
+    study.left_out = left_out;
     progress.finish();
-    fmt::print("{}", arguments.json ? comparison_json(comparison) : printable(comparison_text(comparison)));
+    fmt::print("{}", arguments.json ? comparison_json(study) : printable(comparison_text(study)));
     if (arguments.output.empty()) return;
     make_output_directory(arguments.output);
-    codegen::write_file_atomically(arguments.output + "/compare.json", comparison_json(comparison));
-    codegen::write_file_atomically(arguments.output + "/compare.html", compare_page(comparison));
+    codegen::write_file_atomically(arguments.output + "/compare.json", comparison_json(study));
+    codegen::write_file_atomically(arguments.output + "/compare.html", compare_page(study));
     if (!arguments.json) fmt::print("\ntable    {0}/compare.json\nreport   {0}/compare.html\n", arguments.output);
   });
 }
@@ -110,6 +110,9 @@ void run_compare(CompareArguments arguments) {
 
 void add_compare(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CompareArguments>();
+  arguments->test.by_condition = true;
+  arguments->test.test_sets = 20;
+  arguments->test.trajectories = 5;
   CLI::App* command =
       app.add_subcommand("compare", "Observers against filters that know the plant, under many conditions");
   Options options(*command);
@@ -130,7 +133,7 @@ void add_compare(CLI::App& app, Action& action) {
   options.changes(arguments->changes,
                   "test on a changed plant in every condition: plant.KEY=VALUE, simulation.KEY=VALUE, "
                   "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated; filters know the nominal one");
-  options.number("--seeds", arguments->test.seeds, 1, 10000, "test seeds, for means and standard errors");
+  options.number("--seeds", arguments->test.test_sets, 1, 10000, "test seeds, for means and standard errors");
   options.number("--trajectories", arguments->test.trajectories, 1, 100000, "runs for each seed");
   options.seed(arguments->test.seed, "first test seed");
   options.flag("--no-tuning", arguments->no_tuning, "only filters as shipped");

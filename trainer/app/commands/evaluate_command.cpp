@@ -22,7 +22,7 @@
 #include "trainer/data/training_logs.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/judge/compare/runs_under.h"
-#include "trainer/judge/compare/strict_study.h"
+#include "trainer/judge/compare/study.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/judge/evaluation/evaluate_logs.h"
 #include "trainer/judge/evaluation/evaluation_text.h"
@@ -39,7 +39,7 @@ struct EvaluateArguments {
   std::string columns, input_noise = "none";
   LogFlight flight;
   RunFiles files;
-  StrictTest test;
+  StudyTest test;
   Condition common;  ///< what all noises are tested under
   std::vector<NoiseConfig> noises;
   bool json = false;
@@ -187,14 +187,14 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   const double scale = arguments.common.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
   PatientProgress progress;
-  const auto studies = run_phase([&] {
-    return run_strict_study(models, experiment, arguments.test,
-                            [&](double share, const std::string& what) { progress.update(share, what); });
+  const Study study = run_phase([&] {
+    return run_study(models, experiment, arguments.test,
+                     [&](double share, const std::string& what) { progress.update(share, what); });
   });
   progress.finish();
   std::vector<std::string> results;
-  for (const EvaluationStudy& study : studies)
-    results.push_back(arguments.json ? evaluation_json(study, scale) : evaluation_text(study, note));
+  for (const StudyRow& row : study.rows)
+    results.push_back(arguments.json ? evaluation_json(row, scale) : evaluation_text(row, note));
   print(arguments, results);
 }
 

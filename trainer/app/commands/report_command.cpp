@@ -19,7 +19,7 @@ namespace {
 struct ReportArguments {
   std::string directory, data, output;
   std::vector<std::string> noises;
-  StrictTest test;
+  StudyTest test;
 };
 
 void run_report(ReportArguments arguments) {

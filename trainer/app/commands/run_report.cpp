@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
+RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StudyTest test) {
   if (test.conditions.empty()) {
     std::vector<NoiseConfig> noises(1);
     for (const NoiseConfig& noise : experiment.training.all_noise().parts)
@@ -66,7 +66,7 @@ std::string readout_table(const Readout& readout, bool left_out) {
 
 std::string run_report_text(const codegen::Model& model, const RunReport& report) {
   std::string text;
-  for (const auto& evaluations : report.evaluations) text += evaluation_text(model.name, evaluations);
+  for (const auto& evaluations : report.evaluations) text += evaluation_text(row_of(model.name, evaluations));
   if (report.logs) text += evaluation_text(model.name, *report.logs);
   return text + readout_table(report.readout, report.groups > 0);
 }

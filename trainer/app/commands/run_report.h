@@ -9,7 +9,7 @@
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
-#include "trainer/judge/compare/strict_study.h"
+#include "trainer/judge/compare/study.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/judge/evaluation/evaluate_logs.h"
 #include "trainer/learn/training/readout.h"
@@ -27,7 +27,7 @@ struct RunReport {
 };
 
 /// A plant: `test`; without conditions in it, no noise and that of the training.
-RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
+RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StudyTest test);
 
 /// What a model of logs is judged by: the test split; without one the validation split, without that the training
 /// split.

@@ -42,7 +42,7 @@ double test_error(const codegen::Model& model, const Experiment& experiment, con
     const RunReport report = report_on_logs(model, experiment, splits.train, logs_to_report_on(splits), splits.report);
     return report.logs->metrics.norm;
   }
-  StrictTest strict;
+  StudyTest strict;
   strict.conditions = conditions_of({test.noise.value_or(experiment.training.all_noise().parts.front())},
                                     {.input_noise = experiment.training.input_noise});
   strict.seed = test.seed;

@@ -73,7 +73,7 @@ void require_end(const TrainingResult& result, int steps, const RunFolder& folde
 RunReport judge(const Experiment& experiment, const RunData& data, const TrainingResult& result) {
   const auto measure = [&] {
     if (experiment.log) return report_on_logs(result.model, experiment, data.training, data.judged, data.clock);
-    StrictTest test;
+    StudyTest test;
     test.seed = experiment.seed;
     test.threads = experiment.threads;
     return report_on_plant(result.model, experiment, test);

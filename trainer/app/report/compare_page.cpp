@@ -20,12 +20,12 @@ using Style = Series::Style;
 
 /// A colour for each observer and each kind of filter, as shipped or tuned, at most kMost; those beyond share the last
 /// one, grey.
-std::vector<int> colours(const Comparison& comparison) {
+std::vector<int> colours(const Study& study) {
   constexpr int kOrder[] = {1, 0, 2, 3, 4, 5};  // observers come first
   constexpr std::size_t kMost = std::size(kOrder);
   std::vector<std::string> families;
   std::vector<int> result;
-  for (const CompareColumn& column : comparison.columns) {
+  for (const StudyEstimator& column : study.estimators) {
     const std::string name = column.untuned_name();
     const auto found = std::find(families.begin(), families.end(), name);
     const auto number = static_cast<std::size_t>(found - families.begin());
@@ -36,34 +36,34 @@ std::vector<int> colours(const Comparison& comparison) {
 }
 
 /// A line for each condition, in the order of the table, with the error of each column over that of the reference.
-Figure ratios(const Comparison& comparison, std::size_t reference) {
-  const auto count = static_cast<Eigen::Index>(comparison.conditions.size());
-  const std::string rival = column_title(comparison.columns[reference]);
+Figure ratios(const Study& study, std::size_t reference) {
+  const auto count = static_cast<Eigen::Index>(study.test.conditions.size());
+  const std::string rival = column_title(study.estimators[reference]);
   Panel panel;
   panel.x_label = fmt::format("error / error of the {}", rival);
   panel.log_x = true;
   panel.y_low = 0.4;
   panel.y_high = static_cast<double>(count) + 0.6;
   for (Eigen::Index i = count - 1; i >= 0; --i)  // from below
-    panel.y_names.push_back(condition_name(comparison.conditions[static_cast<std::size_t>(i)]));
+    panel.y_names.push_back(condition_name(study.test.conditions[static_cast<std::size_t>(i)]));
   panel.series.push_back({fmt::format("{} = 1", rival),
                           Style::kThinLine,
                           5,
                           Eigen::Vector2d(1.0, 1.0),
                           Eigen::Vector2d(panel.y_low, panel.y_high),
                           {}});
-  const std::vector<int> colour = colours(comparison);
+  const std::vector<int> colour = colours(study);
   std::vector<Series> observers;
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+  for (std::size_t c = 0; c < study.estimators.size(); ++c) {
     if (c == reference) continue;
     Eigen::VectorXd ratio(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const CompareCell &own = comparison.cell(static_cast<std::size_t>(i), c),
-                        &other = comparison.cell(static_cast<std::size_t>(i), reference);
-      ratio[i] = own.missing.empty() && other.missing.empty() ? own.mean() / other.mean() : std::nan("");
+      const StudyCell &own = study.cell(static_cast<std::size_t>(i), c),
+                      &other = study.cell(static_cast<std::size_t>(i), reference);
+      ratio[i] = own.missing.empty() && other.missing.empty() ? norm_of(own).mean / norm_of(other).mean : std::nan("");
     }
     if (!(ratio.array() == ratio.array()).any()) continue;
-    const CompareColumn& column = comparison.columns[c];
+    const StudyEstimator& column = study.estimators[c];
     const Style mark = column.is_observer          ? Style::kDiamonds
                        : column.name == "particle" ? Style::kCrosses
                        : column.is_tuned()         ? Style::kPoints
@@ -83,14 +83,14 @@ Figure ratios(const Comparison& comparison, std::size_t reference) {
   figure.panels.push_back(std::move(panel));
   figure.caption = fmt::format(
       "A line for each condition, errors over that of the {}: left of 1 is better. The scale is logarithmic.{}", rival,
-      comparison.test.tune ? " Filled: a filter tuned for the condition; ring: as shipped." : "");
+      study.test.tune ? " Filled: a filter tuned for the condition; ring: as shipped." : "");
   return figure;
 }
 
-std::size_t reference_column(const Comparison& comparison) {
+std::size_t reference_column(const Study& study) {
   std::size_t found = 0;
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c)
-    if (comparison.columns[c].name == "ekf_tuned" || (found == 0 && comparison.columns[c].name == "ekf")) found = c;
+  for (std::size_t c = 0; c < study.estimators.size(); ++c)
+    if (study.estimators[c].name == "ekf_tuned" || (found == 0 && study.estimators[c].name == "ekf")) found = c;
   return found;
 }
 
@@ -110,18 +110,17 @@ Table narrow(Table table) {
 
 }  // namespace
 
-std::string compare_page(const Comparison& comparison, const std::string& gnuplot) {
+std::string compare_page(const Study& study, const std::string& gnuplot) {
   Page page;
-  page.text(fmt::format("<h1>{}: observers and filters</h1>\n<p class=\"soft\">{}.</p>\n",
-                        escaped(comparison.experiment), escaped(comparison_conditions(comparison))));
-  const std::vector<std::string> findings = comparison_findings(comparison);
-  if (const std::string summary = comparison_summary(comparison); !summary.empty())
+  page.text(fmt::format("<h1>{}: observers and filters</h1>\n<p class=\"soft\">{}.</p>\n", escaped(study.experiment),
+                        escaped(comparison_conditions(study))));
+  const std::vector<std::string> findings = comparison_findings(study);
+  if (const std::string summary = comparison_summary(study); !summary.empty())
     page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(summary)));
   page.heading("Errors");
-  if (const std::size_t reference = reference_column(comparison); reference > 0)
-    page.figure(ratios(comparison, reference));
-  page.text(html_table(narrow(error_table(comparison))));
-  const bool floor = std::ranges::any_of(comparison.columns, [](const auto& c) { return c.name == "particle"; });
+  if (const std::size_t reference = reference_column(study); reference > 0) page.figure(ratios(study, reference));
+  page.text(html_table(narrow(error_table(study))));
+  const bool floor = std::ranges::any_of(study.estimators, [](const auto& c) { return c.name == "particle"; });
   page.text(fmt::format("<p class=\"soft\">A star marks the least error of a row{}.</p>\n",
                         floor ? ", but for the particle filter, a floor that knows the condition" : ""));
   std::string list;
@@ -129,32 +128,33 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   if (!list.empty()) page.text(fmt::format("<ul>\n{}</ul>\n", list));
   page.heading("Conditions");
   Table conditions{{"condition", "what it is"}};
-  for (const Condition& condition : comparison.conditions)
+  for (const Condition& condition : study.test.conditions)
     conditions.add_row({condition_name(condition), condition_title(condition)});
   page.text(html_table(conditions));
   page.heading("What was compared");
   Table columns{{"column", "what it is"}};
-  for (const CompareColumn& column : comparison.columns) columns.add_row({column_title(column), column.meaning});
+  for (const StudyEstimator& column : study.estimators) columns.add_row({column_title(column), column.meaning});
   page.text(html_table(columns));
   page.heading("The worst runs");
-  page.text(html_table(worst_table(comparison)));
+  page.text(html_table(worst_table(study)));
   page.text(fmt::format("<p>The run on which {} is furthest off, under {}:</p>\n",
-                        escaped(comparison.columns.front().name),
-                        escaped(condition_name(comparison.conditions[comparison.worst_condition]))));
-  for (const EvaluatedRun& run : comparison.worst) page.figure(run_picture(run, comparison.states, comparison.outputs));
-  if (const Table tuning = tuning_table(comparison); !tuning.rows.empty()) {
+                        escaped(study.estimators.front().name),
+                        escaped(condition_name(study.test.conditions[study.worst_row]))));
+  const Evaluation& first = study.cell(0, 0).first();
+  for (const EvaluatedRun& run : study.worst) page.figure(run_picture(run, first.states, first.outputs));
+  if (const Table tuning = tuning_table(study); !tuning.rows.empty()) {
     page.heading("How the filters were tuned");
     page.text(html_table(tuning));
   }
   page.heading("What a step costs");
-  page.text(html_table(cost_table(comparison)));
+  page.text(html_table(cost_table(study)));
   page.text(
       "<p class=\"soft\">Operations are counted: additions, multiplications, divisions; a multiply-add is two. "
       "Functions "
       "are square roots, powers, sines, activations. Bytes are of float. Times are of this run and this program, where "
       "filters step many runs side by side and observers take a run at a time: bench/step_latency measures what "
       "flies.</p>\n");
-  return html_page(comparison.experiment + " - observers and filters", page.html(gnuplot));
+  return html_page(study.experiment + " - observers and filters", page.html(gnuplot));
 }
 
 }  // namespace nlo::trainer

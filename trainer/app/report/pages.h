@@ -5,12 +5,12 @@
 #include <string>
 
 #include "trainer/app/sweep/search_text.h"
-#include "trainer/judge/compare/compare_study.h"
+#include "trainer/judge/compare/study.h"
 
 namespace nlo::trainer {
 
 /// compare.html: observers and filters under many conditions.
-std::string compare_page(const Comparison& comparison, const std::string& gnuplot = "gnuplot");
+std::string compare_page(const Study& study, const std::string& gnuplot = "gnuplot");
 
 /// auto.html: what a search has tried and found.
 std::string search_page(const SearchStory& story, const std::string& gnuplot = "gnuplot");

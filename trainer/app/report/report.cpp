@@ -53,9 +53,9 @@ std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups
 }
 
 std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
-  std::vector<EvaluationStudy> studies;
-  for (const auto& group : groups) studies.push_back({{""}, {{group}}});
-  return html_table(evaluation_table(studies, true)) +
+  std::vector<StudyRow> rows;
+  for (const auto& group : groups) rows.push_back(row_of("", group));
+  return html_table(evaluation_table(rows, true)) +
          fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(groups));
 }
 

@@ -19,43 +19,61 @@
 namespace nlo::trainer {
 namespace {
 
-std::vector<std::string> column_headings(const Comparison& comparison, const std::string& first) {
+std::vector<std::string> column_headings(const Study& study, const std::string& first) {
   std::vector<std::string> headings{first};
-  for (const CompareColumn& column : comparison.columns) headings.push_back(column_title(column));
+  for (const StudyEstimator& column : study.estimators) headings.push_back(column_title(column));
   return headings;
 }
 
-using CellText = std::function<std::string(const CompareCell&)>;
+bool is_normalised(const Study& study) {
+  return study.cell(0, 0).first().metrics.normalised;
+}
 
-Table by_condition(const Comparison& comparison, const CellText& text) {
-  Table table{column_headings(comparison, "condition"), {}};
-  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-    std::vector<std::string> row{condition_name(comparison.conditions[i])};
-    for (const CompareCell& cell : comparison.cells[i]) row.push_back(cell.missing.empty() ? text(cell) : "-");
+/// The run with the largest norm.
+struct WorstRun {
+  double norm = 0.0;
+  std::size_t set = 0, run = 0;
+};
+
+WorstRun worst_run(const StudyCell& cell) {
+  WorstRun worst;
+  const std::vector<Evaluation>& sets = cell.evaluations.front();
+  for (std::size_t s = 0; s < sets.size(); ++s)
+    if (sets[s].worst > worst.norm) worst = {sets[s].worst, s, sets[s].worst_run};
+  return worst;
+}
+
+using CellText = std::function<std::string(const StudyCell&)>;
+
+Table by_condition(const Study& study, const CellText& text) {
+  Table table{column_headings(study, "condition"), {}};
+  for (std::size_t i = 0; i < study.test.conditions.size(); ++i) {
+    std::vector<std::string> row{condition_name(study.test.conditions[i])};
+    for (const StudyCell& cell : study.rows[i].cells) row.push_back(cell.missing.empty() ? text(cell) : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
 }
 
 /// The column with the least error in a row, but for the floor.
-std::size_t best_column(const Comparison& comparison, std::size_t condition) {
+std::size_t best_column(const Study& study, std::size_t condition) {
   std::size_t best = 0;
-  for (std::size_t c = 1; c < comparison.columns.size(); ++c) {
-    const CompareCell& cell = comparison.cell(condition, c);
-    if (comparison.columns[c].name == "particle" || !cell.missing.empty()) continue;
-    if (cell.mean() < comparison.cell(condition, best).mean()) best = c;
+  for (std::size_t c = 1; c < study.estimators.size(); ++c) {
+    const StudyCell& cell = study.cell(condition, c);
+    if (study.estimators[c].name == "particle" || !cell.missing.empty()) continue;
+    if (norm_of(cell).mean < norm_of(study.cell(condition, best)).mean) best = c;
   }
   return best;
 }
 
-std::optional<std::size_t> column_named(const Comparison& comparison, std::string_view name) {
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c)
-    if (comparison.columns[c].name == name) return c;
+std::optional<std::size_t> column_named(const Study& study, std::string_view name) {
+  for (std::size_t c = 0; c < study.estimators.size(); ++c)
+    if (study.estimators[c].name == name) return c;
   return std::nullopt;
 }
 
-std::string first_observer(const Comparison& comparison) {
-  const std::string& name = comparison.columns.front().name;
+std::string first_observer(const Study& study) {
+  const std::string& name = study.estimators.front().name;
   return name == "observer" ? "The observer" : name;
 }
 
@@ -66,25 +84,25 @@ struct Contest {
 };
 
 /// The first observer against the column of this name; none, where there is no such column.
-std::optional<Contest> contest_with(const Comparison& comparison, std::string_view name, std::string_view in_words) {
-  const auto column = column_named(comparison, name);
+std::optional<Contest> contest_with(const Study& study, std::string_view name, std::string_view in_words) {
+  const auto column = column_named(study, name);
   if (!column) return std::nullopt;
   Contest contest{std::string(in_words), {}, {}};
-  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-    const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
+  for (std::size_t i = 0; i < study.test.conditions.size(); ++i) {
+    const StudyCell &own = study.cell(i, 0), &other = study.cell(i, *column);
     if (!other.missing.empty()) continue;
-    (own.mean() < other.mean() ? contest.ahead : contest.behind)
-        .push_back(fmt::format("{} ({})", condition_name(comparison.conditions[i]),
-                               significant(own.mean() / other.mean(), 3)));
+    (norm_of(own).mean < norm_of(other).mean ? contest.ahead : contest.behind)
+        .push_back(fmt::format("{} ({})", condition_name(study.test.conditions[i]),
+                               significant(norm_of(own).mean / norm_of(other).mean, 3)));
   }
   return contest;
 }
 
-std::vector<Contest> contests(const Comparison& comparison) {
+std::vector<Contest> contests(const Study& study) {
   std::vector<Contest> result;
   for (const auto& [name, rival] :
        {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for the very condition"}})
-    if (auto contest = contest_with(comparison, name, rival)) result.push_back(std::move(*contest));
+    if (auto contest = contest_with(study, name, rival)) result.push_back(std::move(*contest));
   return result;
 }
 
@@ -95,7 +113,7 @@ std::string with_blanks(std::string name) {
 
 }  // namespace
 
-std::string column_title(const CompareColumn& column) {
+std::string column_title(const StudyEstimator& column) {
   if (column.is_observer) return column.name;
   const EstimatorWords* words = estimator_words(column.untuned_name());
   return (words == nullptr ? with_blanks(column.untuned_name()) : std::string(words->title)) +
@@ -106,26 +124,25 @@ std::string condition_name(const Condition& condition) {
   return with_blanks(condition.name);
 }
 
-Table error_table(const Comparison& comparison) {
-  Table table = by_condition(comparison, [](const CompareCell& cell) { return to_text(cell.spread()); });
-  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) table.rows[i][1 + best_column(comparison, i)] += " *";
+Table error_table(const Study& study) {
+  Table table = by_condition(study, [](const StudyCell& cell) { return to_text(norm_of(cell)); });
+  for (std::size_t i = 0; i < study.test.conditions.size(); ++i) table.rows[i][1 + best_column(study, i)] += " *";
   return table;
 }
 
-Table worst_table(const Comparison& comparison) {
-  return by_condition(comparison, [](const CompareCell& cell) { return significant(cell.worst); });
+Table worst_table(const Study& study) {
+  return by_condition(study, [](const StudyCell& cell) { return significant(worst_run(cell).norm); });
 }
 
-Table tuning_table(const Comparison& comparison) {
+Table tuning_table(const Study& study) {
   Table table{{"condition"}, {}};
   std::vector<std::size_t> tuned;
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c)
-    if (comparison.columns[c].is_tuned()) tuned.push_back(c);
-  for (const std::size_t c : tuned) table.headings.push_back(column_title(comparison.columns[c]));
-  for (std::size_t i = 0; i < comparison.conditions.size() && !tuned.empty(); ++i) {
-    std::vector<std::string> row{condition_name(comparison.conditions[i])};
-    for (const std::size_t c : tuned)
-      row.push_back(comparison.cell(i, c).missing.empty() ? comparison.cell(i, c).tuning : "-");
+  for (std::size_t c = 0; c < study.estimators.size(); ++c)
+    if (study.estimators[c].is_tuned()) tuned.push_back(c);
+  for (const std::size_t c : tuned) table.headings.push_back(column_title(study.estimators[c]));
+  for (std::size_t i = 0; i < study.test.conditions.size() && !tuned.empty(); ++i) {
+    std::vector<std::string> row{condition_name(study.test.conditions[i])};
+    for (const std::size_t c : tuned) row.push_back(study.cell(i, c).missing.empty() ? study.cell(i, c).tuning : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -140,9 +157,9 @@ std::string counted(double number, bool known = false) {
 
 }  // namespace
 
-Table cost_table(const Comparison& comparison) {
+Table cost_table(const Study& study) {
   Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]"}, {}};
-  for (const CompareColumn& column : comparison.columns) {
+  for (const StudyEstimator& column : study.estimators) {
     if (column.is_tuned()) continue;  // the same filter
     table.rows.push_back({column_title(column), counted(column.operations),
                           counted(column.functions, column.operations > 0.0), counted(column.state_bytes),
@@ -151,84 +168,83 @@ Table cost_table(const Comparison& comparison) {
   return table;
 }
 
-std::string comparison_conditions(const Comparison& comparison) {
-  const CompareTest& test = comparison.test;
+std::string comparison_conditions(const Study& study) {
+  const StudyTest& test = study.test;
   return fmt::format(
       "plant {}, {} test seeds of {} runs of {} s each, seeds from {} on; norm of the error{}, transient "
       "included, ± standard error over the seeds{}",
-      comparison.plant, test.seeds, test.trajectories, shortest_text(comparison.horizon_s), test.seed,
-      comparison.normalised ? " of states over their deviation" : "",
+      study.plant, test.test_sets, test.trajectories, shortest_text(study.horizon_s), test.seed,
+      is_normalised(study) ? " of states over their deviation" : "",
       test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
 }
 
-std::string comparison_summary(const Comparison& comparison) {
+std::string comparison_summary(const Study& study) {
   std::vector<std::string> parts;
-  for (const Contest& contest : contests(comparison))
+  for (const Contest& contest : contests(study))
     parts.push_back(fmt::format("{} of {} conditions than the {}", contest.ahead.size(),
                                 contest.ahead.size() + contest.behind.size(), contest.rival));
   if (parts.empty()) return "";
-  return fmt::format("{} errs less in {}.", first_observer(comparison), fmt::join(parts, ", and in "));
+  return fmt::format("{} errs less in {}.", first_observer(study), fmt::join(parts, ", and in "));
 }
 
-std::vector<std::string> comparison_findings(const Comparison& comparison) {
+std::vector<std::string> comparison_findings(const Study& study) {
   std::vector<std::string> findings;
-  for (const auto& [rival, ahead, behind] : contests(comparison))
+  for (const auto& [rival, ahead, behind] : contests(study))
     findings.push_back(fmt::format("{} is ahead of the {} in {} of {} conditions{}{}; behind in {}{}{}.",
-                                   first_observer(comparison), rival, ahead.size(), ahead.size() + behind.size(),
+                                   first_observer(study), rival, ahead.size(), ahead.size() + behind.size(),
                                    ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
                                    behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
   for (const std::string& name : simple_names())
-    if (const auto contest = contest_with(comparison, name, estimator_words(name)->title))
+    if (const auto contest = contest_with(study, name, estimator_words(name)->title))
       if (!contest->behind.empty())
         findings.push_back(fmt::format("{} is behind the {}, which knows no plant, in {} of {} conditions: {}.",
-                                       first_observer(comparison), contest->rival, contest->behind.size(),
+                                       first_observer(study), contest->rival, contest->behind.size(),
                                        contest->ahead.size() + contest->behind.size(),
                                        fmt::join(contest->behind, ", ")));
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+  for (std::size_t c = 0; c < study.estimators.size(); ++c) {
     std::map<std::string, std::vector<std::string>> reasons;
     int restarts = 0;
-    for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-      const CompareCell& cell = comparison.cell(i, c);
+    for (std::size_t i = 0; i < study.test.conditions.size(); ++i) {
+      const StudyCell& cell = study.cell(i, c);
       restarts += cell.restarts;
-      if (!cell.missing.empty()) reasons[cell.missing].push_back(condition_name(comparison.conditions[i]));
+      if (!cell.missing.empty()) reasons[cell.missing].push_back(condition_name(study.test.conditions[i]));
     }
-    const std::string name = column_title(comparison.columns[c]);
+    const std::string name = column_title(study.estimators[c]);
     for (const auto& [reason, names] : reasons)
-      findings.push_back(names.size() == comparison.conditions.size()
+      findings.push_back(names.size() == study.test.conditions.size()
                              ? fmt::format("{}: {}.", name, reason)
                              : fmt::format("{} has no figure for {}: {}.", name, fmt::join(names, ", "), reason));
     if (restarts > 0) findings.push_back(fmt::format("{} overflowed {} times and was reset.", name, restarts));
   }
-  if (!comparison.left_out.empty())
-    findings.push_back(
-        fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(comparison.left_out, ", ")));
+  if (!study.left_out.empty())
+    findings.push_back(fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(study.left_out, ", ")));
   return findings;
 }
 
-std::string comparison_text(const Comparison& comparison) {
-  std::string text = fmt::format("{}: {}\n\n{}", comparison.experiment, comparison_conditions(comparison),
-                                 error_table(comparison).to_text(2));
+std::string comparison_text(const Study& study) {
+  std::string text =
+      fmt::format("{}: {}\n\n{}", study.experiment, comparison_conditions(study), error_table(study).to_text(2));
   text += "  * the least of its row\n\n";
-  for (const std::string& finding : comparison_findings(comparison)) text += fmt::format("  {}\n", finding);
-  text += fmt::format("\nThe worst run of each\n{}", worst_table(comparison).to_text(2));
-  if (const Table tuning = tuning_table(comparison); !tuning.rows.empty())
+  for (const std::string& finding : comparison_findings(study)) text += fmt::format("  {}\n", finding);
+  text += fmt::format("\nThe worst run of each\n{}", worst_table(study).to_text(2));
+  if (const Table tuning = tuning_table(study); !tuning.rows.empty())
     text += fmt::format("\nTuned\n{}", tuning.to_text(2));
-  text += fmt::format("\nWhat a step costs: counted (a multiply-add is two operations)\n{}",
-                      cost_table(comparison).to_text(2));
+  text +=
+      fmt::format("\nWhat a step costs: counted (a multiply-add is two operations)\n{}", cost_table(study).to_text(2));
   return text;
 }
 
 namespace {
 
-Json cell_json(const Comparison& comparison, const CompareCell& cell) {
+Json cell_json(const Study& study, const StudyCell& cell) {
   if (!cell.missing.empty()) return {{"norm", nullptr}, {"missing", cell.missing}};
-  Json json = {{"norm", json_number(cell.mean())}};
-  json["standard_error"] = json_number(cell.spread().test_set_error);
-  const auto each = static_cast<std::size_t>(comparison.test.trajectories);
-  json["worst"] = {{"norm", json_number(cell.worst)},
-                   {"seed", comparison.test.seed + cell.worst_run / each},
-                   {"run", cell.worst_run % each}};
-  json["by_seed"] = json_numbers(cell.norms);
+  const Spread norm = norm_of(cell);
+  const WorstRun worst = worst_run(cell);
+  Json json = {{"norm", json_number(norm.mean)}};
+  json["standard_error"] = json_number(norm.test_set_error);
+  json["worst"] = {{"norm", json_number(worst.norm)}, {"seed", study.test.seed + worst.set}, {"run", worst.run}};
+  for (const Evaluation& evaluation : cell.evaluations.front())
+    json["by_seed"].push_back(json_number(evaluation.metrics.norm));
   if (!cell.tuning.empty()) json["tuning"] = cell.tuning;
   if (cell.restarts > 0) json["restarts"] = cell.restarts;
   return json;
@@ -248,31 +264,31 @@ Json condition_json(const Condition& condition) {
 
 }  // namespace
 
-std::string comparison_json(const Comparison& comparison) {
-  const CompareTest& test = comparison.test;
-  Json json = {{"experiment", comparison.experiment},
-               {"plant", comparison.plant},
+std::string comparison_json(const Study& study) {
+  const StudyTest& test = study.test;
+  Json json = {{"experiment", study.experiment},
+               {"plant", study.plant},
                {"seed", test.seed},
-               {"seeds", test.seeds},
+               {"seeds", test.test_sets},
                {"trajectories", test.trajectories},
-               {"horizon_s", json_number(comparison.horizon_s)},
+               {"horizon_s", json_number(study.horizon_s)},
                {"tuning_trajectories", test.tune ? Json(test.tuning_trajectories) : Json(nullptr)},
-               {"norm_of", comparison.normalised ? "states over their standard deviation" : "states"}};
+               {"norm_of", is_normalised(study) ? "states over their standard deviation" : "states"}};
   Json& conditions = json["conditions"] = Json::object();
-  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-    Json& entry = conditions[comparison.conditions[i].name] = condition_json(comparison.conditions[i]);
-    for (std::size_t c = 0; c < comparison.columns.size(); ++c)
-      entry["columns"][comparison.columns[c].name] = cell_json(comparison, comparison.cell(i, c));
+  for (std::size_t i = 0; i < study.test.conditions.size(); ++i) {
+    Json& entry = conditions[study.test.conditions[i].name] = condition_json(study.test.conditions[i]);
+    for (std::size_t c = 0; c < study.estimators.size(); ++c)
+      entry["columns"][study.estimators[c].name] = cell_json(study, study.cell(i, c));
   }
   Json& cost = json["cost"] = Json::object();
-  for (const CompareColumn& column : comparison.columns)
+  for (const StudyEstimator& column : study.estimators)
     cost[column.name] = {{"meaning", column.meaning},
                          {"operations", json_number(column.operations)},
                          {"functions", json_number(column.functions)},
                          {"state_bytes", json_number(column.state_bytes)},
                          {"constant_bytes", json_number(column.constant_bytes)}};
-  json["left_out"] = comparison.left_out;
-  json["findings"] = comparison_findings(comparison);
+  json["left_out"] = study.left_out;
+  json["findings"] = comparison_findings(study);
   return json_text(json) + "\n";
 }
 

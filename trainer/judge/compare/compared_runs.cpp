@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/judge/compare/compared_runs.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "codegen/base/error.h"
-#include "codegen/structures/structure_module.h"
-#include "codegen/targets/cpp_cost.h"
-#include "codegen/targets/prepared_export.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/judge/evaluation/estimator_words.h"
+#include "trainer/judge/evaluation/metrics.h"
 #include "trainer/plants/plant_registry.h"
 
 namespace nlo::trainer {
@@ -81,6 +74,24 @@ ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition
   return runs;
 }
 
+Dataset set_of(const ComparedRuns& runs, int index, int count) {
+  Dataset set = runs.set;
+  const auto first = runs.set.trajectories.begin() + static_cast<std::ptrdiff_t>(index) * count;
+  set.trajectories.assign(first, first + count);
+  return set;
+}
+
+std::vector<MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRuns& runs) {
+  const LaneRuns& lanes = runs.measured;
+  std::vector<MatrixXd> all(runs.set.trajectories.size(),
+                            MatrixXd(static_cast<Index>(runs.set.states.size()), lanes.samples()));
+  for (Index k = 0; k < lanes.samples(); ++k) {
+    const MatrixXd x_hat = runs.channels.states(filter.step(lanes, k).topRows(runs.plant_states));
+    for (std::size_t run = 0; run < all.size(); ++run) all[run].col(k) = x_hat.col(static_cast<Index>(run));
+  }
+  return all;
+}
+
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs) {
   const auto count = static_cast<Index>(runs.set.trajectories.size());
   const auto channels = static_cast<Index>(runs.set.states.size());
@@ -97,71 +108,6 @@ Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const C
 double squared_error(const ComparedRuns& runs, std::size_t index, const MatrixXd& estimates, Index first) {
   const Index count = estimates.cols() - first;
   return squares(runs, runs.set.trajectories[index].states.rightCols(count), estimates.rightCols(count)).mean();
-}
-
-namespace {
-
-constexpr std::string_view kParticle = "particle";
-
-using Columns = std::vector<ComparedColumn>;
-
-void add_observers(const std::vector<NamedModel>& models, Columns& columns) {
-  for (const NamedModel& model : models) {
-    CompareColumn column{models.size() == 1 ? "observer" : model.name,
-                         fmt::format("{} observer", codegen::structure_name(model.model)), true};
-    const codegen::CppCost cost = codegen::cpp_cost(codegen::PreparedExport(model.model));
-    column.operations = 2.0 * static_cast<double>(cost.multiply_adds());
-    column.functions = static_cast<double>(cost.step_activations + cost.estimate_activations);
-    column.state_bytes = static_cast<double>(cost.observer_bytes);
-    column.constant_bytes = static_cast<double>(cost.constant_bytes);
-    columns.push_back({column, {&model, nullptr, false}});
-  }
-}
-
-void add_simple(const std::string& name, const std::vector<NamedModel>& models, Columns& columns) {
-  for (const NamedModel& model : models) {
-    CompareColumn column{name, std::string(estimator_words(name)->meaning)};
-    if (name == "ridge" && models.size() > 1) column.name += " of " + model.name;
-    columns.push_back({column, {&model, nullptr, false, name}});
-    if (name != "ridge") return;  // the others read no model
-  }
-}
-
-}  // namespace
-
-std::vector<ComparedColumn> compared_columns(const std::vector<NamedModel>& models, const Experiment& nominal,
-                                             const std::vector<std::string>& joint_parameters,
-                                             const CompareTest& test) {
-  const auto wants = [&](std::string_view name) { return std::ranges::find(test.against, name) != test.against.end(); };
-  const FilterContext context = filter_context(nominal, {}, joint_parameters);
-  const PlantCost plant = plant_cost(*nominal.plant);
-  Columns columns;
-  add_observers(models, columns);
-  for (const FilterRow& row : filter_table()) {
-    if (!wants(row.name)) continue;
-    CompareColumn column{std::string(row.name), std::string(estimator_words(row.name)->meaning)};
-    const StepCost cost = row.cost(context, plant);
-    column.operations = cost.operations;
-    column.functions = cost.functions;
-    column.state_bytes = 4.0 * static_cast<double>(row.state(context));
-    columns.push_back({column, {nullptr, &row, false}});
-    if (!test.tune) continue;
-    column.name += CompareColumn::kTuned;
-    column.meaning += ", tuned for each condition";
-    columns.push_back({column, {nullptr, &row, true}});
-  }
-  for (const std::string& name : simple_names())
-    if (wants(name)) add_simple(name, models, columns);
-  if (!wants(kParticle)) return columns;
-  CompareColumn column{std::string(kParticle),
-                       fmt::format("{}, {} particles: the floor", estimator_words(kParticle)->meaning, test.particles)};
-  const double count = test.particles, nx = static_cast<double>(context.plant.nx);
-  const StepCost each = plant.f * 4.0 + plant.h + StepCost{13.0 * nx + 2.0 * nx + 12.0, 1.0};
-  column.operations = count * each.operations;
-  column.functions = count * each.functions;
-  column.state_bytes = 4.0 * count * (nx + 1.0);
-  columns.push_back({column, {}});
-  return columns;
 }
 
 }  // namespace nlo::trainer

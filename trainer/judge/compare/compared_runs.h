@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Runs of a plant under one condition, with what its sensors gave, and the error of an estimator on them.
-// The columns of a comparison: what each is made of, what it is called, and what a step of it costs.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/judge/compare/compare_study.h"
-#include "trainer/judge/compare/filter_table.h"
+#include "trainer/judge/compare/conditions.h"
 #include "trainer/judge/compare/runs_under.h"
-#include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/judge/filters/lane_plant.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
@@ -33,6 +30,13 @@ struct ComparedRuns {
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count);
 
+/// The test set number `index` of `count` runs.
+Dataset set_of(const ComparedRuns& runs, int index, int count);
+
+/// Estimates of the channels in each run, n x N, by a filter that steps all
+/// runs side by side.
+std::vector<Eigen::MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRuns& runs);
+
 /// `runs.outputs` side by side, as filters are given them.
 LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
 
@@ -42,24 +46,5 @@ Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const C
 /// The same for estimates of the channels of run `index` (n x N), from sample `first` on.
 double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
                      Eigen::Index first = 0);
-
-/// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
-struct MadeOf {
-  const NamedModel* model = nullptr;
-  const FilterRow* filter = nullptr;
-  bool tuned = false;
-  std::string simple = {};
-};
-
-struct ComparedColumn {
-  CompareColumn column;
-  MadeOf made_of;
-};
-
-/// The observers, then of what `test` wants: filters as shipped and tuned, what knows no plant, the floor.
-///   nominal           the experiment with its nominal parameters
-///   joint_parameters  that filters of state and parameters estimate
-std::vector<ComparedColumn> compared_columns(const std::vector<NamedModel>& models, const Experiment& nominal,
-                                             const std::vector<std::string>& joint_parameters, const CompareTest& test);
 
 }  // namespace nlo::trainer

@@ -28,6 +28,17 @@ constexpr std::size_t kChunk = 4;
 
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config) {
+  const auto of_runs = [&]() -> RunEstimator {
+    return [&clean, estimate = factory()](std::size_t run, const Eigen::MatrixXd& outputs) {
+      return estimate(outputs, clean.trajectories[run].inputs, clean.trajectories[run].time_s);
+    };
+  };
+  return evaluate_runs(estimator, of_runs, clean, noise, seed, threads, config);
+}
+
+Evaluation evaluate_runs(const std::string& estimator, const std::function<RunEstimator()>& factory,
+                         const Dataset& clean, const NoiseConfig& noise, std::uint64_t seed, int threads,
+                         const MetricsConfig& config) {
   const auto& runs = clean.trajectories;
   if (runs.empty()) throw Error("evaluation: the test set has no trajectory");
 
@@ -36,21 +47,22 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
     if (run.samples() > 0) result.horizon_s = std::max(result.horizon_s, run.time_s[run.samples() - 1]);
 
   MetricsConfig metrics = config;
-  if (!share_a_unit(clean.states)) metrics.state_scale = state_deviation(clean);
+  if (metrics.state_scale.size() == 0 && !share_a_unit(clean.states)) metrics.state_scale = state_deviation(clean);
   const std::size_t chunks = (runs.size() + kChunk - 1) / kChunk;
   std::vector<ErrorAccumulator> sums(chunks, ErrorAccumulator(clean.states, clean.sample_period_s, metrics));
+  std::vector<double> norms(runs.size());
   std::vector<CoverageSum> covered(chunks, CoverageSum(clean.states));
   ThreadPool pool(threads);
-  std::vector<Estimator> estimators(static_cast<std::size_t>(pool.threads()));
+  std::vector<RunEstimator> estimators(static_cast<std::size_t>(pool.threads()));
   FirstAndWorst examples(clean);
   pool.run(static_cast<int>(chunks), [&](int task, int thread) {
     const auto chunk = static_cast<std::size_t>(task);
-    Estimator& estimate = estimators[static_cast<std::size_t>(thread)];
+    RunEstimator& estimate = estimators[static_cast<std::size_t>(thread)];
     if (!estimate) estimate = factory();
     for (std::size_t i = chunk * kChunk; i < std::min(runs.size(), (chunk + 1) * kChunk); ++i) {
       Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs, clean.output_angles);
-      Estimates estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
-      sums[chunk].add(runs[i], estimates.x_hat);
+      Estimates estimates = estimate(i, measured);
+      norms[i] = sums[chunk].add(runs[i], estimates.x_hat);
       if (estimates.sigma.size() > 0) covered[chunk].add(runs[i], estimates);
       examples.offer(i, std::move(measured), std::move(estimates.x_hat));
     }
@@ -59,6 +71,11 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   ErrorAccumulator total(clean.states, clean.sample_period_s, metrics);
   for (const auto& sum : sums) total.merge(sum);
   result.metrics = total.metrics();
+  for (std::size_t i = 0; i < norms.size(); ++i)
+    if (norms[i] > result.worst) {
+      result.worst = norms[i];
+      result.worst_run = i;
+    }
   for (std::size_t c = 1; c < chunks; ++c) covered.front().merge(covered[c]);
   result.coverage = covered.front().coverage();
   result.examples = examples.take();

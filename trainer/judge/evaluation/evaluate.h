@@ -38,6 +38,9 @@ using StudyProgress = std::function<void(double share, const std::string& what)>
 using Estimator = std::function<Estimates(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                           const Eigen::VectorXd& time_s)>;
 
+/// The same of a run by its number in the test set.
+using RunEstimator = std::function<Estimates(std::size_t run, const Eigen::MatrixXd& outputs)>;
+
 /// Makes an estimator; each thread asks for its own, so that it may keep work memory.
 using EstimatorFactory = std::function<Estimator()>;
 
@@ -74,15 +77,20 @@ struct Evaluation {
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
   std::optional<DomainShare> domain = {};                            ///< of the observer
   std::string label = {};                   ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};      ///< of the observer: see evaluation_study.h
+  std::vector<std::string> notes = {};      ///< of the observer: see study_notes()
   std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
   std::optional<Coverage> coverage = {};    ///< of an estimator that knows how wrong it is
+  double worst = 0.0;                       ///< the largest norm of a run
+  std::size_t worst_run = 0;                ///< number of that run in the test set
   std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0:
 /// all cores. The result has the same bytes for any number of threads. Norms over states whose units differ are of
-/// states over their deviation in `clean`.
+/// states over their deviation in `clean`, unless `config` has a state_scale.
+Evaluation evaluate_runs(const std::string& estimator, const std::function<RunEstimator()>& factory,
+                         const Dataset& clean, const NoiseConfig& noise, std::uint64_t seed, int threads,
+                         const MetricsConfig& config = {});
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
 

@@ -43,24 +43,23 @@ Json quantities_json(const ErrorMetrics& shape, NumberOf&& number_of) {
   return json;
 }
 
-Json metrics_json(const EvaluationStudy& study, std::size_t estimator) {
-  const ErrorMetrics& shape = study.first()[estimator].metrics;
-  const auto spread = [&](const Quantity& quantity) { return spread_of(study, estimator, quantity); };
+Json metrics_json(const StudyCell& cell) {
+  const ErrorMetrics& shape = cell.first().metrics;
+  const auto spread = [&](const Quantity& quantity) { return spread_of(cell, quantity); };
   Json json = quantities_json(shape, [&](const Quantity& quantity) {
     const auto found = spread(quantity);
     return found ? json_number(found->mean) : Json(nullptr);
   });
-  if (study.is_single()) return json;
+  if (cell.is_single()) return json;
   Json& errors = json["standard_error"];
-  errors["over_test_sets"] = study.test_sets() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
+  errors["over_test_sets"] = cell.test_sets() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
     const auto found = spread(q);
     return found ? json_number(found->test_set_error) : Json(nullptr);
   });
-  errors["over_training_seeds"] =
-      study.models.size() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
-        const auto found = spread(q);
-        return found ? json_number(found->training_seed_error) : Json(nullptr);
-      });
+  errors["over_training_seeds"] = cell.models() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
+    const auto found = spread(q);
+    return found ? json_number(found->training_seed_error) : Json(nullptr);
+  });
   return json;
 }
 
@@ -111,16 +110,15 @@ Json states_json(const std::vector<StateError>& states, const EvaluationWindows&
 
 }  // namespace
 
-std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
-  const std::vector<Evaluation>& evaluations = study.first();
-  const Evaluation& first = evaluations.front();
-  Json json = {{"model", study.models.front()}};
-  json.update(metrics_json(study, 0));
+std::string evaluation_json(const StudyRow& row, double box_scale) {
+  const Evaluation& first = row.observer().first();
+  Json json = {{"model", row.models.front()}};
+  json.update(metrics_json(row.observer()));
   json["seed"] = first.seed;
   json["noise"] = format_noise(first.noise);
   json["norm_of"] = norm_of(first.metrics.normalised);
-  json["models"] = study.models;
-  json["test_sets"] = study.test_sets();
+  json["models"] = row.models;
+  json["test_sets"] = row.observer().test_sets();
   json["trajectories"] = first.trajectories;
   json["horizon_s"] = json_number(first.horizon_s);
   json["box_scale"] = json_number(box_scale);
@@ -130,23 +128,16 @@ std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
   json["samples"] = first.metrics.samples;
   json["settled_per_component"] = json_numbers(first.metrics.settled_per_component);
   json["states"] = names_json(first.states);
-  json["in_domain"] = domain_json(study_domain(study));
-  if (const auto coverage = study_coverage(study, 0)) json["coverage"] = coverage_json(*coverage);
-  if (evaluations.size() > 1) {
-    Json& against = json["against"] = Json::object();
-    for (std::size_t i = 1; i < evaluations.size(); ++i) {
-      Json& entry = against[evaluations[i].estimator] = metrics_json(study, i);
-      if (!evaluations[i].label.empty()) entry["label"] = evaluations[i].label;
-      if (const auto loop = study_loop(study, i)) entry["loop"] = loop_json(*loop);
-      if (const auto coverage = study_coverage(study, i)) entry["coverage"] = coverage_json(*coverage);
-    }
+  json["in_domain"] = domain_json(study_domain(row.observer()));
+  if (const auto coverage = study_coverage(row.observer())) json["coverage"] = coverage_json(*coverage);
+  for (const StudyCell& cell : std::span(row.cells).subspan(1)) {
+    Json& entry = json["against"][cell.first().estimator] = metrics_json(cell);
+    if (!cell.first().label.empty()) entry["label"] = cell.first().label;
+    if (const auto loop = study_loop(cell)) entry["loop"] = loop_json(*loop);
+    if (const auto coverage = study_coverage(cell)) entry["coverage"] = coverage_json(*coverage);
   }
-  json["notes"] = study_notes(study);
+  json["notes"] = study_notes(row);
   return json_text(json);
-}
-
-std::string evaluation_json(const std::string& model, const std::vector<Evaluation>& evaluations, double box_scale) {
-  return evaluation_json(EvaluationStudy{{model}, {{evaluations}}}, box_scale);
 }
 
 std::string evaluation_json(const std::string& model, const LogEvaluation& evaluation) {

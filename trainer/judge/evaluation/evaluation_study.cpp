@@ -10,12 +10,18 @@
 
 namespace nlo::trainer {
 
-std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(study.models.size()), static_cast<Eigen::Index>(study.test_sets()));
+StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluations) {
+  StudyRow row{{model}, {}};
+  for (const Evaluation& evaluation : evaluations) row.cells.push_back({{{evaluation}}});
+  return row;
+}
+
+std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity) {
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(cell.models()), static_cast<Eigen::Index>(cell.test_sets()));
   for (Eigen::Index m = 0; m < values.rows(); ++m)
     for (Eigen::Index s = 0; s < values.cols(); ++s) {
-      const auto& evaluations = study.results[static_cast<std::size_t>(m)][static_cast<std::size_t>(s)];
-      const std::optional<double> value = quantity(evaluations.at(estimator).metrics);
+      const auto& by_test_set = cell.evaluations[static_cast<std::size_t>(m)];
+      const std::optional<double> value = quantity(by_test_set[static_cast<std::size_t>(s)].metrics);
       if (!value) return std::nullopt;
       values(m, s) = *value;
     }
@@ -24,47 +30,50 @@ std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estima
                 standard_error(std::span(by_model.data(), by_model.size()))};
 }
 
-std::vector<std::string> study_notes(const EvaluationStudy& study) {
-  const std::vector<Evaluation>& first = study.first();
+Spread norm_of(const StudyCell& cell) {
+  return spread_of(cell, [](const ErrorMetrics& metrics) { return std::optional(metrics.norm); }).value();
+}
+
+std::vector<std::string> study_notes(const StudyRow& row) {
+  const Evaluation& first = row.observer().first();
   std::vector<ComparedState> compared;
-  for (std::size_t i = 0; i < first.front().states.size(); ++i) {
+  for (std::size_t i = 0; i < first.states.size(); ++i) {
     std::size_t window = 0;
-    const auto error_of = [&](std::size_t estimator) {
-      const auto spread = spread_of(study, estimator, [&](const ErrorMetrics& m) -> std::optional<double> {
+    const auto error_of = [&](const StudyCell& cell) {
+      const auto spread = spread_of(cell, [&](const ErrorMetrics& m) -> std::optional<double> {
         if (m.windows[window].per_component.size() == 0) return std::nullopt;
         return m.windows[window].per_component[static_cast<Eigen::Index>(i)];
       });
       return spread ? spread->mean : std::numeric_limits<double>::quiet_NaN();
     };
     EvaluationWindows windows;
-    for (const ErrorMetrics::Window& w : first.front().metrics.windows) windows.push_back(w.window);
+    for (const ErrorMetrics::Window& w : first.metrics.windows) windows.push_back(w.window);
     window = settled_window(windows);
-    if (!std::isfinite(error_of(0))) window = 0;  // runs that end before it
-    ComparedState state{first.front().states[i].name,
-                        first.front().states[i].unit,
+    if (!std::isfinite(error_of(row.observer()))) window = 0;  // runs that end before it
+    ComparedState state{first.states[i].name,
+                        first.states[i].unit,
                         window_text(windows[window]),
-                        error_of(0),
+                        error_of(row.observer()),
                         std::numeric_limits<double>::quiet_NaN(),
                         std::numeric_limits<double>::quiet_NaN()};
-    for (std::size_t e = 1; e < first.size(); ++e) {
-      if (first[e].estimator == "constant") state.constant = error_of(e);
-      if (first[e].estimator == "ridge") state.simple = error_of(e);
+    for (const StudyCell& cell : row.cells) {
+      if (cell.first().estimator == "constant") state.constant = error_of(cell);
+      if (cell.first().estimator == "ridge") state.simple = error_of(cell);
     }
     compared.push_back(std::move(state));
   }
   std::vector<std::string> notes = comparison_notes(compared);
-  for (std::size_t e = 1; e < first.size(); ++e)
-    if (const auto loop = study_loop(study, e))
-      notes.push_back(first[e].label + ": " + to_text(*loop, first[e].states));
+  for (const StudyCell& cell : row.cells)
+    if (const auto loop = study_loop(cell)) notes.push_back(cell.first().label + ": " + to_text(*loop, first.states));
   return notes;
 }
 
-std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator) {
+std::optional<ClosedLoopCost> study_loop(const StudyCell& cell) {
   std::optional<ClosedLoopCost> sum;
   double loops = 0.0;
-  for (const auto& by_test_set : study.results)
-    for (const auto& evaluations : by_test_set) {
-      const std::optional<ClosedLoopCost>& one = evaluations.at(estimator).loop;
+  for (const auto& by_test_set : cell.evaluations)
+    for (const Evaluation& evaluation : by_test_set) {
+      const std::optional<ClosedLoopCost>& one = evaluation.loop;
       if (!one) return std::nullopt;
       loops += 1.0;
       if (!sum) {
@@ -85,23 +94,22 @@ std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size
   return sum;
 }
 
-std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t estimator) {
+std::optional<Coverage> study_coverage(const StudyCell& cell) {
   std::vector<std::optional<Coverage>> all;
-  for (const auto& by_test_set : study.results)
-    for (const auto& evaluations : by_test_set) all.push_back(evaluations.at(estimator).coverage);
+  for (const auto& by_test_set : cell.evaluations)
+    for (const Evaluation& evaluation : by_test_set) all.push_back(evaluation.coverage);
   return mean_coverage(all);
 }
 
-DomainShare study_domain(const EvaluationStudy& study) {
+DomainShare study_domain(const StudyCell& observer) {
   DomainShare sum;
-  for (const auto& by_test_set : study.results)
-    for (const auto& evaluations : by_test_set) {
-      if (!evaluations.front().domain) continue;
-      const DomainShare& share = *evaluations.front().domain;
-      sum.samples += share.samples;
-      sum.inside += share.inside;
-      sum.runs += share.runs;
-      sum.first_inside += share.first_inside;
+  for (const auto& by_test_set : observer.evaluations)
+    for (const Evaluation& evaluation : by_test_set) {
+      if (!evaluation.domain) continue;
+      sum.samples += evaluation.domain->samples;
+      sum.inside += evaluation.domain->inside;
+      sum.runs += evaluation.domain->runs;
+      sum.first_inside += evaluation.domain->first_inside;
     }
   return sum;
 }

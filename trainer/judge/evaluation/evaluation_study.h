@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One row of a test over several test sets and several trained models: means with their standard errors. One test set
-// is one draw: on Van der Pol the norms of single sets scatter by more than the differences between observers.
+// What estimators reach under one condition: means over several test sets and several trained models, with their
+// standard errors. One test set is one draw: on Van der Pol the norms of single sets scatter by more than the
+// differences between observers.
 // Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of
 // the simple estimators: the same for plants and for logs.
 #pragma once
@@ -15,36 +16,53 @@
 
 namespace nlo::trainer {
 
-/// Evaluations under one noise. Models of one experiment differ in their training seed alone.
-struct EvaluationStudy {
-  std::vector<std::string> models;
-  /// By model, then by test set; in each the observer first, then its alternatives in the same order.
-  std::vector<std::vector<std::vector<Evaluation>>> results;
+/// One estimator under one condition.
+struct StudyCell {
+  /// By model, then by test set. Models of one experiment differ in their training seed alone.
+  std::vector<std::vector<Evaluation>> evaluations = {};
+  std::string missing = {};  ///< why there are no evaluations; else empty
+  std::string tuning = {};   ///< of a tuned filter, in words
+  int restarts = 0;          ///< runs that left the finite numbers and began anew
 
-  const std::vector<Evaluation>& first() const { return results.front().front(); }
-  std::size_t test_sets() const { return results.front().size(); }
-  bool is_single() const { return models.size() == 1 && test_sets() == 1; }
+  const Evaluation& first() const { return evaluations.front().front(); }
+  std::size_t models() const { return evaluations.size(); }
+  std::size_t test_sets() const { return evaluations.front().size(); }
+  bool is_single() const { return models() == 1 && test_sets() == 1; }
 };
+
+/// All estimators under one condition.
+struct StudyRow {
+  std::vector<std::string> models;
+  std::vector<StudyCell> cells;  ///< an observer first, then its alternatives
+
+  const StudyCell& observer() const { return cells.front(); }
+};
+
+/// The row of one model on one test set.
+StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluations);
 
 /// A number of an evaluation; empty where it is not defined.
 using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 
-/// Mean over models and test sets of the estimator at place `estimator` of each list. Empty when one of the evaluations
-/// does not define the quantity: the mean of those that do would flatter.
-std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
+/// Mean over models and test sets. Empty when one of the evaluations does not define the quantity: the mean of those
+/// that do would flatter.
+std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity);
+
+/// The norm of the error, over all samples.
+Spread norm_of(const StudyCell& cell);
 
 /// Notes (comparison_notes) on the observer's mean errors in the settled window; needs the estimators "constant" and
 /// "ridge"; and of each loop what it costs.
-std::vector<std::string> study_notes(const EvaluationStudy& study);
+std::vector<std::string> study_notes(const StudyRow& row);
 
 /// What the loop of an estimator costs over all models and test sets; empty where it is in none.
-std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator);
+std::optional<ClosedLoopCost> study_loop(const StudyCell& cell);
 
 /// The mean coverage of an estimator; empty where it does not know how wrong it is.
-std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t estimator);
+std::optional<Coverage> study_coverage(const StudyCell& cell);
 
 /// The observer's domain over all models and test sets.
-DomainShare study_domain(const EvaluationStudy& study);
+DomainShare study_domain(const StudyCell& observer);
 
 /// A state whose error exceeds this share of another estimator's is not estimated better by the observer.
 inline constexpr double kNoBetterThanConstant = 0.95;

@@ -19,6 +19,10 @@ std::string domain_line(const DomainShare& domain, const char* runs) {
                      domain.first_inside, domain.runs, runs);
 }
 
+std::string shown_name(const Evaluation& evaluation) {
+  return evaluation.label.empty() ? evaluation.estimator : evaluation.label;
+}
+
 /// A row per state for each estimator that knows how wrong it is; nothing when none does.
 class CoverageTable {
  public:
@@ -39,11 +43,10 @@ class CoverageTable {
   Table table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %", "no interval"}};
 };
 
-std::string what_was_tested(const EvaluationStudy& study, const std::string& note) {
-  const Evaluation& first = study.first().front();
-  const std::size_t sets = study.test_sets(), models = study.models.size();
-  std::string text =
-      study.models.size() == 1 ? study.models.front() : fmt::format("{} models of one experiment", study.models.size());
+std::string what_was_tested(const StudyRow& row, const std::string& note) {
+  const Evaluation& first = row.observer().first();
+  const std::size_t sets = row.observer().test_sets(), models = row.models.size();
+  std::string text = models == 1 ? row.models.front() : fmt::format("{} models of one experiment", models);
   if (sets > 1) text += fmt::format(" on {} test sets", sets);
   text += fmt::format("{} {} trajectories of {} s, noise {}, ", sets > 1 ? " of" : " on", first.trajectories,
                       shortest_text(first.horizon_s), format_noise(first.noise));
@@ -53,8 +56,8 @@ std::string what_was_tested(const EvaluationStudy& study, const std::string& not
   if (!first.changed.empty()) text += fmt::format(", changed: {}", first.changed);
   if (!note.empty()) text += ", " + note;
   text += "\n";
-  if (models > 1) text += fmt::format("models: {}\n", fmt::join(study.models, ", "));
-  if (!study.is_single())
+  if (models > 1) text += fmt::format("models: {}\n", fmt::join(row.models, ", "));
+  if (!row.observer().is_single())
     text += fmt::format("mean ± standard error over {}{}{}\n", sets > 1 ? "test sets" : "",
                         sets > 1 && models > 1 ? " ± standard error over " : "", models > 1 ? "training seeds" : "");
   if (first.metrics.normalised)
@@ -70,16 +73,16 @@ std::string notes_text(const std::vector<std::string>& notes) {
 
 }  // namespace
 
-Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed) {
-  const Evaluation& first = studies.front().first().front();
+Table evaluation_table(std::span<const StudyRow> rows, bool is_headed) {
+  const Evaluation& first = rows.front().observer().first();
   std::vector<std::pair<std::string, Quantity>> columns = {
       {first.metrics.normalised ? "normalised norm" : "norm",
        [](const ErrorMetrics& m) { return std::optional(m.norm); }},
       {"nrmse", [](const ErrorMetrics& m) { return m.nrmse; }}};
   const auto add_where_defined = [&](const std::string& heading, const Quantity& value, const Quantity& shown) {
-    for (const EvaluationStudy& study : studies)
-      for (const Evaluation& evaluation : study.first())
-        if (shown(evaluation.metrics)) return columns.emplace_back(heading, value), void();
+    for (const StudyRow& row : rows)
+      for (const StudyCell& cell : row.cells)
+        if (shown(cell.first().metrics)) return columns.emplace_back(heading, value), void();
   };
   for (std::size_t w = 1; w < first.metrics.windows.size(); ++w) {
     const Quantity norm = [w](const ErrorMetrics& m) { return m.windows[w].norm; };
@@ -95,17 +98,16 @@ Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed)
     });
   Table table{{""}};
   for (const auto& column : columns) table.headings.push_back(column.first);
-  for (const EvaluationStudy& study : studies) {
-    const Evaluation& own = study.first().front();
+  for (const StudyRow& row : rows) {
+    const Evaluation& own = row.observer().first();
     if (is_headed)
       table.add_row({fmt::format("{}: {} runs of {} s, seed {}", noise_title(own.noise), own.trajectories,
                                  significant(own.horizon_s, 2), own.seed)});
-    for (std::size_t e = 0; e < study.first().size(); ++e) {
-      const Evaluation& row = study.first()[e];
-      table.add_row({row.label.empty() ? row.estimator : row.label});
+    for (const StudyCell& cell : row.cells) {
+      table.add_row({shown_name(cell.first())});
       for (std::size_t c = 0; c < columns.size(); ++c) {
-        const auto spread = spread_of(study, e, columns[c].second);
-        const bool never = c == settling && row.metrics.settled;
+        const auto spread = spread_of(cell, columns[c].second);
+        const bool never = c == settling && cell.first().metrics.settled;
         table.rows.back().push_back(spread ? to_text(*spread) : never ? "never" : "-");
       }
     }
@@ -113,19 +115,12 @@ Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed)
   return table;
 }
 
-std::string evaluation_text(const EvaluationStudy& study, const std::string& note) {
-  const std::vector<Evaluation>& evaluations = study.first();
+std::string evaluation_text(const StudyRow& row, const std::string& note) {
   CoverageTable coverage;
-  for (std::size_t e = 0; e < evaluations.size(); ++e)
-    coverage.add(evaluations[e].label.empty() ? evaluations[e].estimator : evaluations[e].label, evaluations[e].states,
-                 study_coverage(study, e));
-  return what_was_tested(study, note) + evaluation_table(std::span(&study, 1)).to_text(2) + coverage.text() +
-         domain_line(study_domain(study), "a trajectory") + notes_text(study_notes(study));
-}
-
-std::string evaluation_text(const std::string& model, const std::vector<Evaluation>& evaluations,
-                            const std::string& note) {
-  return evaluations.empty() ? "" : evaluation_text(EvaluationStudy{{model}, {{evaluations}}}, note);
+  for (const StudyCell& cell : row.cells)
+    coverage.add(shown_name(cell.first()), cell.first().states, study_coverage(cell));
+  return what_was_tested(row, note) + evaluation_table(std::span(&row, 1)).to_text(2) + coverage.text() +
+         domain_line(study_domain(row.observer()), "a trajectory") + notes_text(study_notes(row));
 }
 
 Table log_table(const std::vector<LogEntry>& entries, bool with_cost) {

@@ -14,9 +14,9 @@ namespace nlo::trainer {
 
 /// One row per estimator: norm, nrmse, the norm in each window, settling time and the states' RMSE, with units in the
 /// headings; several test sets or models: means with their standard errors. Columns in which no estimator has a value
-/// are left out. `is_headed`: above the rows of a study its noise and runs. For the terminal and the page,
+/// are left out. `is_headed`: above the rows of a condition its noise and runs. For the terminal and the page,
 /// as those below.
-Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed = false);
+Table evaluation_table(std::span<const StudyRow> rows, bool is_headed = false);
 
 /// Per state the estimators over the windows, and what a step of them costs;
 /// the observer per file (no rows where there is one).
@@ -25,11 +25,7 @@ Table file_table(const LogEvaluation& evaluation);
 
 /// The table under a line that says what was tested, `note` (e.g. "initial states from twice the training box") comes
 /// from the caller; below stand the domain and the notes.
-std::string evaluation_text(const EvaluationStudy& study, const std::string& note = "");
-
-/// The same of one model on one test set.
-std::string evaluation_text(const std::string& model, const std::vector<Evaluation>& evaluations,
-                            const std::string& note = "");
+std::string evaluation_text(const StudyRow& row, const std::string& note = "");
 
 /// Both tables, then what is not scored, the domain and the notes.
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation);
@@ -37,8 +33,7 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
 /// One object: norm, nrmse, settled, per_component, settling_time_s, seed, noise of the observer, then facts of the
 /// test, then the others under "against". Over several test sets or models these are means, and "standard_error" has
 /// theirs. What has no value is null: a number is always finite.
-std::string evaluation_json(const EvaluationStudy& study, double box_scale);
-std::string evaluation_json(const std::string& model, const std::vector<Evaluation>& evaluations, double box_scale);
+std::string evaluation_json(const StudyRow& row, double box_scale);
 
 /// The same keys over all logs, and per state with its unit and per file the RMSE in each window beside the
 /// baselines'.

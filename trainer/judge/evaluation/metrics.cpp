@@ -78,7 +78,7 @@ ErrorAccumulator::ErrorAccumulator(std::vector<Channel> states, double sample_pe
   if (!(sample_period_s > 0.0)) throw Error("error metrics: the data set has no sample period (it must be positive)");
 }
 
-void ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& estimate) {
+double ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& estimate) {
   const Eigen::Index nx = squared_error_.rows(), n = truth.samples();
   if (truth.states.rows() != nx || truth.states.cols() != n || truth.weight.size() != n)
     throw Error("error metrics: " + truth.source + ": states and weight do not match the time stamps");
@@ -90,7 +90,7 @@ void ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& estim
   const double slack_s = 0.5 * sample_period_s_;
   Eigen::MatrixXd run = Eigen::MatrixXd::Zero(nx, squared_error_.cols());  // summed per run first: less rounding
   Eigen::VectorXd squares(nx);
-  double run_truth = 0.0;
+  double run_truth = 0.0, run_weight = 0.0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double weight = truth.weight[k];
     if (weight <= 0.0) continue;
@@ -107,6 +107,7 @@ void ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& estim
     for (std::size_t w = 0; w < config_.windows.size(); ++w) {
       const double t = truth.time_s[k] + slack_s;
       if (w > 0 && (t < config_.windows[w].from_s || t >= config_.windows[w].to_s)) continue;
+      if (w == 0) run_weight += weight;
       run.col(static_cast<Eigen::Index>(w)) += weight * squares;
       weight_[static_cast<Eigen::Index>(w)] += weight;
     }
@@ -118,6 +119,7 @@ void ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& estim
   }
   squared_error_ += run;
   squared_truth_ += run_truth;
+  return norm_of(run.col(0), run_weight);
 }
 
 void ErrorAccumulator::merge(const ErrorAccumulator& other) {

@@ -65,10 +65,11 @@ class ErrorAccumulator {
  public:
   ErrorAccumulator(std::vector<Channel> states, double sample_period_s, const MetricsConfig& config = {});
 
-  /// Adds one run.
+  /// Adds one run and returns the norm of its error over all of its samples;
+  /// NaN if no sample counts.
   ///   truth     samples with weight 0 are left out
   ///   estimate  n_x x N, one column per sample of truth; a non-finite entry throws codegen::Error
-  void add(const Trajectory& truth, const Eigen::MatrixXd& estimate);
+  double add(const Trajectory& truth, const Eigen::MatrixXd& estimate);
 
   void merge(const ErrorAccumulator& other);
 

@@ -9,8 +9,8 @@
 #include "codegen/base/error.h"
 #include "trainer/base/parallel.h"
 #include "trainer/base/quantile.h"
-#include "trainer/judge/compare/compare_study.h"
 #include "trainer/judge/compare/compared_runs.h"
+#include "trainer/judge/compare/study.h"
 
 namespace nlo::trainer {
 namespace {
