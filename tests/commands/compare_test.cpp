@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo compare as a user gives it.
+// nlo evaluate --conditions as a user gives it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ class CompareCommand : public testing::Test {
   }
 
   Json figures(const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"compare",        "run/model.json",
+    std::vector<std::string> arguments = {"evaluate",       "run/model.json",
                                           "--conditions",   "mine.toml",
                                           "--seeds",        "2",
                                           "--trajectories", "3",
@@ -85,7 +85,7 @@ TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
 }
 
 TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
-  const ProgramResult result = scratch.ok({"compare", "run/model.json", "--conditions", "mine.toml", "--quick",
+  const ProgramResult result = scratch.ok({"evaluate", "run/model.json", "--conditions", "mine.toml", "--quick",
                                            "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
   EXPECT_THAT(result.out, HasSubstr("observer"));
   EXPECT_THAT(result.out, HasSubstr("The worst run of each"));
@@ -102,7 +102,7 @@ TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
 TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
   scratch.write("bad.toml", "[[condition]]\nname = \"a\"\nparameters = { mi = 2 }\n");
   const auto refusal = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"compare", "run/model.json", "-o", "out"};
+    std::vector<std::string> arguments = {"evaluate", "run/model.json", "-o", "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const std::string result = scratch.refusal(2, arguments);
     EXPECT_FALSE(scratch.has("out"));
@@ -111,20 +111,41 @@ TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
   EXPECT_THAT(refusal({"--conditions", "bad.toml"}),
               HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
   EXPECT_THAT(refusal({"--conditions", "nowhere.toml"}), HasSubstr("nowhere.toml"));
-  EXPECT_THAT(refusal({"--set", "observer.gain=2"}), HasSubstr("--set observer.gain=2: only plant.KEY"));
+  EXPECT_THAT(refusal({"--as-trained", "--set", "observer.gain=2"}),
+              HasSubstr("--set observer.gain=2: only plant.KEY"));
   scratch.write("far.toml", "[[condition]]\nname = \"a\"\nset = [\"plant.parameters.mi=2\"]\n");
   EXPECT_THAT(refusal({"--conditions", "far.toml"}), AllOf(HasSubstr("far.toml:1: condition \"a\""),
                                                            HasSubstr("has no parameter \"mi\"; did you mean \"mu\"")));
-  EXPECT_THAT(refusal({"--against", "ekv"}), HasSubstr("ekv"));
+  EXPECT_THAT(refusal({"--as-trained", "--against", "ekv"}), HasSubstr("ekv"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));
+  EXPECT_THAT(refusal({"--conditions", "mine.toml", "--noise", "none"}), HasSubstr("--conditions excludes --noise"));
+  EXPECT_THAT(refusal({"--conditions", "mine.toml", "--against", "ekf_true"}), HasSubstr("ekf_true is not for --cond"));
+  EXPECT_THAT(refusal({"--quick"}), HasSubstr("is for tests under conditions; add --conditions FILE"));
+  EXPECT_THAT(scratch.refusal(2, {"evaluate", "run/model.json", "--against", "particle"}),
+              HasSubstr("--against particle knows each condition"));
   scratch.write("other.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));
   scratch.ok({"train", "other.toml", "-o", "other", "-q"});
-  EXPECT_THAT(refusal({"other/model.json"}), HasSubstr("other/model.json: has another plant than run/model.json"));
+  EXPECT_THAT(refusal({"--as-trained", "other/model.json"}),
+              HasSubstr("other/model.json: has another plant than run/model.json"));
+}
+
+TEST_F(CompareCommand, IsTheOldNameThatSaysTheNewOne) {
+  const std::vector<std::string> rest = {
+      "run/model.json", "--conditions", "mine.toml", "--seeds", "1", "--no-tuning", "--trajectories", "1",
+      "--json",         "--against",    "ekf"};
+  std::vector<std::string> evaluate = {"evaluate"}, compare = {"compare"};
+  evaluate.insert(evaluate.end(), rest.begin(), rest.end());
+  compare.insert(compare.end(), rest.begin(), rest.end());
+  const ProgramResult old = scratch.run(compare);
+  EXPECT_EQ(old.exit_code, 0);
+  EXPECT_EQ(old.out, scratch.ok(evaluate).out);
+  EXPECT_THAT(old.err, HasSubstr("nlo compare is now nlo evaluate --conditions default"));
 }
 
 TEST_F(CompareCommand, StopsOnInterruptAndLeavesNothing) {
-  const ProgramResult result =
-      scratch.run({"compare", "run/model.json", "--seeds", "200", "--threads", "1", "-o", "out"}, " %: ");
+  const ProgramResult result = scratch.run(
+      {"evaluate", "run/model.json", "--conditions", "default", "--seeds", "200", "--threads", "1", "-o", "out"},
+      " %: ");
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_THAT(result.err, HasSubstr("interrupted"));
   EXPECT_FALSE(scratch.has("out"));

@@ -174,8 +174,8 @@ Words with(Words words, const Words& more) {
 }
 const Words kEvaluate = {"evaluate", "logged/model.json", "--figure", "f.svg", "--estimates", "e.csv", "--data"},
             kIdentify = {"identify", kPendulum + "/identify.toml", "--data", kPendulum, "--no-filters", "-o", "found"},
-            kCompare = {"compare", "run/model.json", "--against", "ekf",         "--as-trained", "--seeds",
-                        "1",       "--trajectories", "1",         "--no-tuning", "-o",           "compared"};
+            kCompare = {"evaluate", "run/model.json", "--against", "ekf",         "--as-trained", "--seeds",
+                        "1",        "--trajectories", "1",         "--no-tuning", "-o",           "compared"};
 
 INSTANTIATE_TEST_SUITE_P(
     All, Fault,
@@ -263,7 +263,7 @@ TEST(Faultless, CommandsThatOnlyPrintChangeNoFile) {
   const Words commands[] = {
       {"crossvalidate", "tiny_log.toml", "--data", "logs"},
       {"evaluate", "run/model.json", "--trajectories", "2"},
-      {"compare", "run/model.json", "--quick", "--trajectories", "1", "--as-trained", "--no-tuning"},
+      {"evaluate", "run/model.json", "--quick", "--trajectories", "1", "--as-trained", "--no-tuning"},
       {"certify", "run/model.json", "--boxes", "20"}};
   for (const Words& command : commands) {
     EXPECT_EQ(counts_of(scratch, command).calls, 0) << command.front();

@@ -1,26 +1,35 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate: a model on new trajectories of its plant, or on logs it was not trained on.
+// nlo evaluate: a model on new trajectories of its plant, on logs it was not trained on, or beside filters under many
+// conditions.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/app/commands/command.h"
 #include "trainer/app/commands/log_columns.h"
 #include "trainer/app/commands/options.h"
+#include "trainer/app/commands/output_directory.h"
 #include "trainer/app/commands/patient_progress.h"
 #include "trainer/app/commands/run_files.h"
+#include "trainer/app/jobs/run_jobs.h"
+#include "trainer/app/report/pages.h"
 #include "trainer/base/printable.h"
+#include "trainer/data/dataset.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/training_logs.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/judge/compare/compare_text.h"
 #include "trainer/judge/compare/runs_under.h"
 #include "trainer/judge/compare/study.h"
 #include "trainer/judge/evaluation/evaluate.h"
@@ -44,48 +53,105 @@ struct EvaluateArguments {
   std::vector<NoiseConfig> noises;
   bool json = false;
   std::string plant_option;  ///< the first that was given of those that are for plants
+
+  std::string conditions, output;  ///< conditions: a file, or kShippedConditions
+  bool as_trained = false, quick = false, no_tuning = false;
+  std::string condition_option;  ///< the first that was given of those that are for conditions
+  bool gave_sets = false, gave_trajectories = false;
+
+  bool by_condition() const { return as_trained || !conditions.empty(); }
 };
 
-/// Parsing fills `arguments`. Returns the options that are for plants.
-std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArguments& arguments) {
+constexpr const char* kShippedConditions = "default";
+
+struct EvaluateOptions {
+  std::vector<CLI::Option*> for_plants;                  ///< not for --data
+  std::vector<CLI::Option*> for_conditions;              ///< only for --conditions and --as-trained
+  CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on what is tested
+};
+
+/// What --against takes.
+std::vector<std::string> rivals() {
+  std::vector<std::string> names = alternative_names();
+  names.emplace_back(kTrueEkf);
+  names.emplace_back(kParticle);
+  return names;
+}
+
+/// Parsing fills `arguments`.
+EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& arguments) {
   Options options(*command);
+  EvaluateOptions added;
   options
-      .value("MODEL", arguments.models, "model.json of nlo train; several of one experiment: means over training seeds")
+      .value(
+          "MODEL", arguments.models,
+          "model.json of nlo train; several of one experiment: means over training seeds; with --conditions a column "
+          "for each, all of one plant")
       ->required();
-  options.repeated(
+  CLI::Option* conditions = options.value(
+      "--conditions", arguments.conditions,
+      "observers beside filters that know the plant, as shipped and tuned, under [[condition]] tables: name, noise, "
+      "parameters, parameter_factor, process_noise, box_scale, set, input, input_noise; default: twenty that fit any "
+      "plant",
+      "FILE.toml|default");
+  CLI::Option* as_trained =
+      options
+          .flag("--as-trained", arguments.as_trained, "one condition: noise and plant as in the first model's training")
+          ->excludes(conditions);
+  const auto without_conditions = [&](CLI::Option* option) {
+    return option->excludes(conditions)->excludes(as_trained);
+  };
+  without_conditions(options.repeated(
       "--noise", arguments.noise_words,
       "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
       "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, +clipped:LIMIT, +quantised:STEP, "
       "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, likewise +stuck (its last value) "
-      "and +dead (zero); or one for each output with commas between; may be repeated");
+      "and +dead (zero); or one for each output with commas between; may be repeated"));
   options.seed(arguments.test.seed, "seed of the initial states and the noise");
-  std::vector<std::string> against = alternative_names();
-  against.emplace_back(kTrueEkf);
-  const std::vector<CLI::Option*> for_plants = {
-      options.number("--seeds", arguments.test.test_sets, 1, 10000,
-                     "number of test sets, from --seed on: means and standard errors"),
-      options
-          .shown("--box-scale", arguments.common.box_scale,
-                 "initial states from the training box times this (circle: its axes; list: about its mean)")
-          ->check(check_scale),
-      options.number("--trajectories", arguments.test.trajectories, 1, 100000,
-                     "number of new trajectories in a test set"),
-      options.repeated("--input", arguments.common.inputs,
-                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; else as the "
-                       "experiment's [excitation] says",
-                       "EXPR"),
-      options
-          .value("--input-noise", arguments.input_noise,
-                 "noise of the inputs that the observer reads, in the same words; the plant has none", "NOISE")
-          ->allow_extra_args(false),
+  added.sets = options.number("--seeds", arguments.test.test_sets, 1, 10000,
+                              "number of test sets, from --seed on: means and standard errors; with --conditions: 20");
+  added.trajectories = options.number("--trajectories", arguments.test.trajectories, 1, 100000,
+                                      "number of new trajectories in a test set; with --conditions: 5");
+  added.for_plants = {
+      added.sets,
+      without_conditions(
+          options
+              .shown("--box-scale", arguments.common.box_scale,
+                     "initial states from the training box times this (circle: its axes; list: about its mean)")
+              ->check(check_scale)),
+      added.trajectories,
+      without_conditions(options.repeated(
+          "--input", arguments.common.inputs,
+          "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; else as the "
+          "experiment's [excitation] says",
+          "EXPR")),
+      without_conditions(
+          options
+              .value("--input-noise", arguments.input_noise,
+                     "noise of the inputs that the observer reads, in the same words; the plant has none", "NOISE")
+              ->allow_extra_args(false)),
       options.changes(arguments.common.changes,
                       "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, excitation.KEY=VALUE, "
                       "feedback.KEY=VALUE; may be repeated"),
       options
           .list("--against", arguments.test.against,
                 "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant), "
-                "static_ridge (knows no plant); constant and ridge are always shown")
-          ->check(CLI::IsMember(against))};
+                "static_ridge (knows no plant); constant and ridge are always shown. With --conditions all but "
+                "ekf_true unless some are named; particle knows each condition: the floor")
+          ->check(CLI::IsMember(rivals())),
+      conditions,
+      as_trained};
+  added.for_conditions = {
+      options.flag("--no-tuning", arguments.no_tuning, "with --conditions: only filters as shipped"),
+      options.number("--tuning-runs", arguments.test.tuning_trajectories, 1, 10000,
+                     "with --conditions: runs of each condition to tune filters on"),
+      options.number("--particles", arguments.test.particles, 10, 1000000,
+                     "with --conditions: particles of the particle filter"),
+      options.flag("--quick", arguments.quick,
+                   "with --conditions: at most 3 test sets, 6 runs to tune on, 200 particles"),
+      options.directory("-o,--output", arguments.output,
+                        "with --conditions: directory for compare.html and compare.json")};
+  added.for_plants.insert(added.for_plants.end(), added.for_conditions.begin(), added.for_conditions.end());
   options.value("--data", arguments.data, "CSV logs (or globs) to evaluate on, instead of the plant");
   options.value("--columns", arguments.columns,
                 "roles of the logs' columns: [[log.columns]] as in an experiment; else those the model was trained "
@@ -107,11 +173,14 @@ std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArgume
   options.value("--estimates", arguments.files.estimates,
                 "with --data: inputs and estimates of the observer, sample by sample; several as above", "FILE.csv");
   options.threads(arguments.test.threads, "0: all cores");
-  options.flag("--json", arguments.json, "one JSON array instead of tables: an object for each noise");
+  options.flag("--json", arguments.json,
+               "one JSON array instead of tables: an object for each noise; with --conditions one object");
   command->footer(
       "Beside the observer stand a constant and a ridge regression on the observer's own features; on logs the sensor\n"
       "itself, polynomials and a ridge regression on products of readings, too. These are fitted on the training logs\n"
       "where they lie in the same folder, else on the very logs of the test, in hindsight.\n"
+      "With --conditions filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R,\n"
+      "P0 and a gate on the innovation chosen for each condition on runs of its own.\n"
       "Examples:\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
       "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
@@ -122,8 +191,11 @@ std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArgume
       "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
       "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
       "  nlo evaluate runs/car/model.json --data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n"
-      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
-  return for_plants;
+      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml\n"
+      "  nlo evaluate runs/van_der_pol/model.json --conditions default -o runs/van_der_pol\n"
+      "  nlo evaluate runs/a/model.json runs/b/model.json --conditions default --against ekf,ukf --seeds 5\n"
+      "  nlo evaluate runs/van_der_pol/model.json --conditions my_sensors.toml --no-tuning --json");
+  return added;
 }
 
 void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
@@ -198,6 +270,84 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   print(arguments, results);
 }
 
+/// All models must be of the plant and the box that the first was trained on: the same runs are to judge them.
+void require_one_plant(const std::vector<NamedModel>& models, const std::vector<Experiment>& experiments) {
+  const auto differs = [&](std::size_t i, const std::string& what) {
+    throw codegen::Error(fmt::format("{}: has {} than {}; models are compared on the same runs of one plant",
+                                     models[i].name, what, models.front().name));
+  };
+  const Experiment& first = experiments.front();
+  for (std::size_t i = 1; i < models.size(); ++i) {
+    const Experiment& other = experiments[i];
+    if (other.plant->model != first.plant->model || other.plant->derivative != first.plant->derivative ||
+        other.plant->outputs != first.plant->outputs || other.plant->input_field != first.plant->input_field)
+      differs(i, "another plant");
+    if (other.plant->parameters != first.plant->parameters) differs(i, "other nominal parameters");
+    if (other.simulation.sample_period_s != first.simulation.sample_period_s) differs(i, "another sample period");
+    if (channel_names(models[i].model.states) != channel_names(models.front().model.states) ||
+        channel_names(models[i].model.outputs) != channel_names(models.front().model.outputs))
+      differs(i, "other states or outputs");
+  }
+}
+
+void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& models) {
+  std::vector<Experiment> experiments;
+  for (const NamedModel& model : models) {
+    experiments.push_back(experiment_of(model.model, model.name));
+    if (!experiments.back().plant)
+      throw codegen::Error(fmt::format(
+          "{}: was trained on logs, so no equations are known that a filter could use; nlo identify finds some",
+          model.name));
+  }
+  require_one_plant(models, experiments);
+  const Experiment& first = experiments.front();
+  StudyTest& test = arguments.test;
+  if (std::ranges::find(test.against, kTrueEkf) != test.against.end())
+    throw codegen::Error("--against ekf_true is not for --conditions; joint_ekf estimates parameters that are wrong");
+  test.by_condition = true;
+  test.tune = !arguments.no_tuning;
+  if (test.against.empty()) {
+    test.against = alternative_names();
+    test.against.emplace_back(kParticle);
+  }
+  if (!arguments.gave_sets) test.test_sets = 20;
+  if (!arguments.gave_trajectories) test.trajectories = 5;
+  if (arguments.quick) {
+    test.test_sets = std::min(test.test_sets, 3);
+    test.tuning_trajectories = std::min(test.tuning_trajectories, 6);
+    test.particles = std::min(test.particles, 200);
+  }
+  ConditionSet set = arguments.as_trained ? ConditionSet{0.0, {trained_condition(first, first.training.noise)}}
+                     : arguments.conditions == kShippedConditions ? default_conditions()
+                                                                  : read_conditions(arguments.conditions);
+  const std::vector<std::string>& changes = arguments.common.changes;
+  for (Condition& condition : set.conditions)
+    condition.changes.insert(condition.changes.end(), changes.begin(), changes.end());
+  std::vector<std::string> left_out;
+  test.conditions = compared_conditions(first, set, left_out);
+  if (is_stdout(arguments.output))
+    throw codegen::Error(
+        "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
+        "is on stdout, with --json in that form");
+  if (!arguments.output.empty()) check_output_directory(arguments.output);
+
+  const std::atomic<bool>& stop = stop_on_interrupt();
+  PatientProgress progress;
+  run_phase([&] {
+    Study study = run_study(
+        models, first, test, [&](double share, const std::string& condition) { progress.update(share, condition); },
+        &stop);
+    study.left_out = left_out;
+    progress.finish();
+    fmt::print("{}", arguments.json ? comparison_json(study) : printable(comparison_text(study)));
+    if (arguments.output.empty()) return;
+    make_output_directory(arguments.output);
+    codegen::write_file_atomically(arguments.output + "/compare.json", comparison_json(study));
+    codegen::write_file_atomically(arguments.output + "/compare.html", compare_page(study));
+    if (!arguments.json) fmt::print("\ntable    {0}/compare.json\nreport   {0}/compare.html\n", arguments.output);
+  });
+}
+
 /// A model of an older version does not remember its logs: nothing is said then.
 void note_training_logs(const codegen::Model& model, const Dataset& logs, LogReport& report) {
   for (const auto& [name, fact] : model.provenance) {
@@ -267,12 +417,20 @@ void run_evaluate(EvaluateArguments arguments) {
   const Experiment experiment = experiment_of(models.front().model, first);
   const auto refuse = [&](const std::string& what) { throw codegen::Error(fmt::format("{}: {}", first, what)); };
   if (arguments.data.empty()) {
-    if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
+    if (!experiment.plant && !arguments.by_condition())
+      refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
     if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
     if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
     if (arguments.flight.behind_gate) refuse("--behind-gate is about logs; name them too: --data FILE...");
     if (arguments.files.any()) refuse("--figure and --estimates are about logs; name them too: --data FILE...");
     if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
+    if (arguments.by_condition()) return on_conditions(arguments, models);
+    if (!arguments.condition_option.empty())
+      throw codegen::Error(
+          fmt::format("{} is for tests under conditions; add --conditions FILE or --conditions default",
+                      arguments.condition_option));
+    if (std::ranges::find(arguments.test.against, kParticle) != arguments.test.against.end())
+      throw codegen::Error("--against particle knows each condition; add --conditions FILE or --conditions default");
     on_plant(arguments, models, experiment);
   } else {
     for (const std::string& word : arguments.missing) arguments.flight.faults.push_back(parse_fault(word));
@@ -291,17 +449,40 @@ void run_evaluate(EvaluateArguments arguments) {
   }
 }
 
+/// `action` runs the command, after `before` has seen what was given.
+void set_up(CLI::App* command, Action& action, const std::function<void(EvaluateArguments&)>& before) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  const EvaluateOptions options = add_evaluate_options(command, *arguments);
+  command->callback([arguments, &action, options, before] {
+    const auto first_of = [](const std::vector<CLI::Option*>& group) {
+      const auto given = std::ranges::find_if(group, [](const CLI::Option* option) { return option->count() > 0; });
+      return given == group.end() ? "" : (*given)->get_name();
+    };
+    arguments->plant_option = first_of(options.for_plants);
+    arguments->condition_option = first_of(options.for_conditions);
+    arguments->gave_sets = options.sets->count() > 0;
+    arguments->gave_trajectories = options.trajectories->count() > 0;
+    action = [arguments, before] {
+      before(*arguments);
+      run_evaluate(*arguments);
+    };
+  });
+}
+
 }  // namespace
 
 void add_evaluate(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<EvaluateArguments>();
-  CLI::App* command = app.add_subcommand("evaluate", "Measure how well a model estimates the state");
-  const std::vector<CLI::Option*> for_plants = add_evaluate_options(command, *arguments);
-  command->callback([arguments, &action, for_plants] {
-    for (const CLI::Option* option : for_plants)
-      if (option->count() > 0 && arguments->plant_option.empty()) arguments->plant_option = option->get_name();
-    action = [arguments] { run_evaluate(*arguments); };
-  });
+  set_up(app.add_subcommand("evaluate", "Measure how well a model estimates the state, alone and beside filters"),
+         action, [](EvaluateArguments&) {});
+}
+
+void add_compare(CLI::App& app, Action& action) {
+  set_up(app.add_subcommand("compare", "Old name of nlo evaluate --conditions default"), action,
+         [](EvaluateArguments& arguments) {
+           fmt::print(stderr,
+                      "note: nlo compare is now nlo evaluate --conditions default; the next version has no compare\n");
+           if (!arguments.by_condition()) arguments.conditions = kShippedConditions;
+         });
 }
 
 }  // namespace nlo::trainer

@@ -376,7 +376,7 @@ void add_monitor(CLI::App& app, Action& action) {
   options.number("--hours", arguments->hours, 1e-3, 1e4,
                  "hours of simulated runs that set the limits; at most 4 million samples");
   options.value("--conditions", arguments->conditions,
-                "conditions to test it under, as for nlo compare (default: twenty that fit any plant)", "FILE.toml");
+                "conditions to test it under, as for nlo evaluate (default: twenty that fit any plant)", "FILE.toml");
   options.number("--runs", arguments->runs, 0, 100000, "test runs of each condition; 0: no test");
   options.seed(arguments->seed, "seed of the test runs");
   options.flag("--quick", arguments->quick,
