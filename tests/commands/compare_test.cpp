@@ -129,6 +129,21 @@ TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
               HasSubstr("other/model.json: has another plant than run/model.json"));
 }
 
+TEST_F(CompareCommand, LeavesOutAnImpossibleConditionOfASetForAnyPlant) {
+  const std::string both = "[[condition]]\nname = \"near\"\n[[condition]]\nname = \"far\"\nbox_scale = 1e6\n";
+  const std::vector<std::string> rest = {"--quick", "--against", "ekf", "--trajectories", "1", "--json"};
+  std::vector<std::string> arguments = {"evaluate", "run/model.json", "--conditions", "any.toml"};
+  arguments.insert(arguments.end(), rest.begin(), rest.end());
+  scratch.write("any.toml", "written_for_deviation = 1.4\n" + both);
+  const Json json = Json::parse(scratch.ok(arguments).out);
+  EXPECT_EQ(json["conditions"].size(), 1u);
+  ASSERT_EQ(json["impossible"].size(), 1u);
+  EXPECT_THAT(json["impossible"][0].get<std::string>(), StartsWith("far: "));
+  // In a set of one's own it is an error.
+  scratch.write("any.toml", both);
+  EXPECT_THAT(scratch.run(arguments).exit_code, 1);
+}
+
 TEST_F(CompareCommand, IsTheOldNameThatSaysTheNewOne) {
   const std::vector<std::string> rest = {
       "run/model.json", "--conditions", "mine.toml", "--seeds", "1", "--no-tuning", "--trajectories", "1",

@@ -139,11 +139,12 @@ TEST(ComparedRuns, GiveTheEstimatesOfEachLaneToItsRun) {
 
 const VectorXd kOutput = VectorXd::Constant(1, 1.41);
 const VectorXd kStates = Vector2d(1.41, 1.4);
+const VectorXd kNoise = VectorXd::Constant(1, 0.5);
 
 std::string refusal(const std::string& text) {
   return thrown_message([&] {
     std::vector<std::string> left_out;
-    (void)conditions_of(parse_conditions(text, "mine.toml"), {{"mu", 1.0}}, kOutput, kStates, left_out);
+    (void)conditions_of(parse_conditions(text, "mine.toml"), {{"mu", 1.0}}, {kOutput, kStates, kNoise}, left_out);
   });
 }
 
@@ -190,12 +191,13 @@ TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
   EXPECT_EQ(round_factor(8.0), 10.0);
   EXPECT_EQ(round_factor(0.0), 1.0);
   std::vector<std::string> left_out;
-  const auto own = conditions_of(default_conditions(), {{"mu", 1.0}}, kOutput, kStates, left_out);
+  const auto own = conditions_of(default_conditions(), {{"mu", 1.0}}, {kOutput, kStates, kNoise}, left_out);
   ASSERT_EQ(own.size(), default_conditions().conditions.size());
   for (std::size_t i = 0; i < own.size(); ++i) EXPECT_EQ(own[i].noise, default_conditions().conditions[i].noise);
   EXPECT_TRUE(left_out.empty());
 
-  const auto larger = conditions_of(default_conditions(), {}, 100.0 * kOutput, Vector2d(141.0, 0.0141), left_out);
+  const auto larger =
+      conditions_of(default_conditions(), {}, {100.0 * kOutput, Vector2d(141.0, 0.0141), VectorXd::Zero(1)}, left_out);
   EXPECT_EQ(left_out.size(), 5u) << "those that change a plant's parameters";
   const auto named = [&](const std::string& name) {
     return *std::find_if(larger.begin(), larger.end(),
@@ -204,6 +206,18 @@ TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
   EXPECT_EQ(format_noise(named("gaussian").noise), "gaussian:50");
   EXPECT_EQ(format_noise(named("mixture").noise), "gaussian:50+outliers:0.05:1000+bias:20+quantised:25+missing:0.2");
   EXPECT_THAT(named("process_noise").process_noise, testing::ElementsAre(10.0, 0.001));
+}
+
+TEST(Conditions, OfAPreciseSensorHaveNoiseInItsScaleAndOutliersInThatOfItsOutput) {
+  std::vector<std::string> left_out;
+  const VectorXd precise = VectorXd::Constant(1, 0.001);
+  const auto all = conditions_of(default_conditions(), {{"mu", 1.0}}, {kOutput, kStates, precise}, left_out);
+  const auto named = [&](const std::string& name) {
+    return *std::ranges::find_if(all, [&](const Condition& condition) { return condition.name == name; });
+  };
+  EXPECT_EQ(format_noise(named("gaussian").noise), "gaussian:0.001");
+  EXPECT_EQ(format_noise(named("outliers").noise), "gaussian:0.001+outliers:0.05:10");
+  EXPECT_EQ(format_noise(named("bias").noise), "gaussian:0.001+bias:4e-04");
 }
 
 TEST(Conditions, AsShippedAreUnderstoodForEveryBuiltInPlant) {

@@ -111,7 +111,7 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
   added.sets = options.number("--seeds", arguments.test.test_sets, 1, 10000,
                               "number of test sets, from --seed on: means and standard errors; with --conditions: 20");
   added.trajectories = options.number("--trajectories", arguments.test.trajectories, 1, 100000,
-                                      "number of new trajectories in a test set; with --conditions: 5");
+                                      "new trajectories in a test set; with --conditions: 5");
   added.for_plants = {
       added.sets,
       without_conditions(
@@ -217,7 +217,7 @@ void require_one_experiment(const std::vector<NamedModel>& models) {
     if (text != first)
       throw codegen::Error(
           fmt::format("{}: was trained by another experiment than {}; several models must differ in "
-                      "their seed alone: evaluate them one by one",
+                      "their seed alone: evaluate them one by one, or side by side with --conditions default",
                       model.name, models.front().name));
   }
 }
@@ -317,7 +317,7 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
     test.tuning_trajectories = std::min(test.tuning_trajectories, 6);
     test.particles = std::min(test.particles, 200);
   }
-  ConditionSet set = arguments.as_trained ? ConditionSet{0.0, {trained_condition(first, first.training.noise)}}
+  ConditionSet set = arguments.as_trained ? ConditionSet{.conditions = {trained_condition(first, first.training.noise)}}
                      : arguments.conditions == kShippedConditions ? default_conditions()
                                                                   : read_conditions(arguments.conditions);
   const std::vector<std::string>& changes = arguments.common.changes;
@@ -325,6 +325,7 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
     condition.changes.insert(condition.changes.end(), changes.begin(), changes.end());
   std::vector<std::string> left_out;
   test.conditions = compared_conditions(first, set, left_out);
+  test.leave_out_impossible = set.written_for_deviation > 0.0;
   if (is_stdout(arguments.output))
     throw codegen::Error(
         "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "

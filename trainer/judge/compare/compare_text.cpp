@@ -218,6 +218,7 @@ std::vector<std::string> comparison_findings(const Study& study) {
   }
   if (!study.left_out.empty())
     findings.push_back(fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(study.left_out, ", ")));
+  for (const std::string& why : study.impossible) findings.push_back(fmt::format("Left out: {}", why));
   return findings;
 }
 
@@ -288,6 +289,7 @@ std::string comparison_json(const Study& study) {
                          {"state_bytes", json_number(column.state_bytes)},
                          {"constant_bytes", json_number(column.constant_bytes)}};
   json["left_out"] = study.left_out;
+  json["impossible"] = study.impossible;
   json["findings"] = comparison_findings(study);
   return json_text(json) + "\n";
 }

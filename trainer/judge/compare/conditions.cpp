@@ -49,6 +49,8 @@ const std::vector<Key<ConditionSet>>& set_keys() {
   static const std::vector<Key<ConditionSet>> kKeys = {
       key("written_for_deviation", &ConditionSet::written_for_deviation, at_least(0),
           "of outputs and states that the numbers are meant for"),
+      key("written_for_noise", &ConditionSet::written_for_noise, at_least(0),
+          "deviation of a sensor's noise in training that the noises are meant for"),
   };
   return kKeys;
 }
@@ -65,13 +67,16 @@ std::string no_home(const std::string& name) {
   throw codegen::Error(fmt::format("{}: condition \"{}\" {}", condition.place, condition.name, what));
 }
 
-void scale_noise(NoiseConfig& noise, const Eigen::VectorXd& outputs, double written_for) {
+/// Outliers and clipping are in the scale of the output, other noise in the scale of its sensor's noise.
+void scale_noise(NoiseConfig& noise, const ChannelScales& scales, const ConditionSet& set) {
   std::vector<SensorNoise> sensors;
-  for (Eigen::Index j = 0; j < outputs.size(); ++j) {
+  for (Eigen::Index j = 0; j < scales.outputs.size(); ++j) {
     SensorNoise& own = sensors.emplace_back(noise.of(static_cast<std::size_t>(j)));
-    const double factor = round_factor(outputs[j] / written_for);
-    for (double* number : {&own.scale, &own.outlier_amplitude, &own.bias, &own.common_bias, &own.limit, &own.quantum})
-      *number *= factor;
+    const double by_output = round_factor(scales.outputs[j] / set.written_for_deviation);
+    const bool has_noise = set.written_for_noise > 0.0 && scales.noise[j] > 0.0;
+    const double by_noise = has_noise ? round_factor(scales.noise[j] / set.written_for_noise) : by_output;
+    for (double* number : {&own.outlier_amplitude, &own.limit}) *number *= by_output;
+    for (double* number : {&own.scale, &own.bias, &own.common_bias, &own.quantum}) *number *= by_noise;
   }
   if (std::adjacent_find(sensors.begin(), sensors.end(), std::not_equal_to<>()) == sensors.end()) sensors.resize(1);
   noise.sensors = std::move(sensors);
@@ -160,9 +165,9 @@ double round_factor(double factor) {
   return best;
 }
 
-std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& parameters,
-                                     const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
+std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& parameters, const ChannelScales& scales,
                                      std::vector<std::string>& left_out) {
+  const Eigen::VectorXd &outputs = scales.outputs, &states = scales.states;
   const double written_for = set.written_for_deviation;
   std::vector<Condition> result;
   for (Condition condition : set.conditions) {
@@ -175,7 +180,7 @@ std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& 
     std::vector<double>& process = condition.process_noise;
     if (process.size() == 1) process.assign(static_cast<std::size_t>(states.size()), process.front());
     if (written_for > 0.0) {
-      scale_noise(condition.noise, outputs, written_for);
+      scale_noise(condition.noise, scales, set);
       for (std::size_t i = 0; i < process.size(); ++i)
         process[i] *= round_factor(states[static_cast<Eigen::Index>(i)] / written_for);
     }

@@ -31,9 +31,18 @@ struct Condition {
   bool changes_parameters() const { return parameter_factor != 1.0 || !parameters.empty(); }
 };
 
+/// A set for any plant says for which scales its numbers are written (written_for_...). conditions_of() scales them to
+/// the plant. 0: the numbers are in the units of the plant.
 struct ConditionSet {
-  double written_for_deviation = 0.0;  ///< of outputs and states that the numbers are meant for; 0: as they are
+  double written_for_deviation = 0.0;  ///< deviation of outputs and states; scales outliers, clipping, process noise
+  double written_for_noise = 0.0;      ///< deviation of a sensor's noise in training; scales noise, bias, quantisation
   std::vector<Condition> conditions;
+};
+
+/// Scales of a plant's channels, each a standard deviation.
+struct ChannelScales {
+  Eigen::VectorXd outputs, states;  ///< over nominal runs
+  Eigen::VectorXd noise;            ///< of each output's sensor in training; 0: trained without noise
 };
 
 /// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
@@ -46,13 +55,13 @@ const ConditionSet& default_conditions();
 /// value times the nearest of 1, 2, 5, 10, ... to `factor`: scaled numbers stay round.
 double round_factor(double factor);
 
-/// The conditions in the units of a plant. `parameters`: its nominal ones; `outputs`, `states`: deviations of its
-/// channels. Of a set that is written for a deviation, what the plant has no parameters for is left out, and named in
-/// `left_out`; else that is an error, as is a parameter or a number of channels that the plant does not have.
+/// Returns the conditions in the units of a plant with the nominal `parameters`. In a set for any plant, conditions on
+/// parameters are left out if the plant has none, and named in `left_out`. In another set this is an error, as is a
+/// parameter or a number of channels that the plant does not have. A sensor that was trained without noise gets noise
+/// in the scale of its output.
 std::vector<Condition> conditions_of(const ConditionSet& set,
                                      const std::vector<std::pair<std::string, double>>& parameters,
-                                     const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
-                                     std::vector<std::string>& left_out);
+                                     const ChannelScales& scales, std::vector<std::string>& left_out);
 
 /// The plant's parameters under a condition in run `run`.
 std::vector<std::pair<std::string, double>> changed_parameters(

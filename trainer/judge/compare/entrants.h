@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Who takes part in a study: what each estimator is made of, what it is called,
-// and what a step of it costs.
+// The estimators of a study: their origin, their names and the cost of a step.
 #pragma once
 
 #include <string>
@@ -18,20 +17,19 @@ struct Entrant {
   Kind kind = Kind::kObserver;
   StudyEstimator column;
   std::string made_of = {};                    ///< name in filter_table() or simple_names(): "ekf" of "ekf_true"
-  std::vector<const NamedModel*> models = {};  ///< that it reads: one, or all of several training seeds
-  bool knows_changes = false,
-       in_loop = false;  ///< in_loop: its own estimates close the loop of [feedback]
+  std::vector<const NamedModel*> models = {};  ///< models that it reads: one, or all of several training seeds
+  bool knows_changes = false;                  ///< it knows the changed plant
+  bool in_loop = false;                        ///< its own estimates close the loop of [feedback]
 };
 
-/// The observer, what `test` wants, the constant and the ridge regression.
-///   is_looped  then come those that close the loop: the observer and the
-///   filters
+/// Returns the observer, the estimators of `test`, the constant and the ridge regression.
+///   is_looped  adds the observer and the filters that close the loop themselves
 std::vector<Entrant> strict_entrants(const std::vector<NamedModel>& models, const StudyTest& test, bool is_looped);
 
-/// The observers, then of what `test` wants: filters as shipped and tuned, what
-/// knows no plant, the floor.
+/// Returns the observers, then the estimators of `test`: filters as shipped and tuned, estimators without a plant, the
+/// floor.
 ///   nominal           the experiment with its nominal parameters
-///   joint_parameters  that filters of state and parameters estimate
+///   joint_parameters  parameters that joint filters estimate
 std::vector<Entrant> compared_entrants(const std::vector<NamedModel>& models, const Experiment& nominal,
                                        const std::vector<std::string>& joint_parameters, const StudyTest& test);
 

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -53,7 +54,7 @@ std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
   return names;
 }
 
-/// What of a condition only the experiment's own checks can judge.
+/// Checks the parts of a condition that only the experiment's own checks can judge.
 void check_changes(const Condition& condition, const Experiment& nominal, const Plant& plant) {
   try {
     (void)changed_experiment(nominal, condition.changes);
@@ -69,7 +70,7 @@ bool is_looped(const Experiment& tested, const Condition& condition) {
   return tested.feedback && tested.feedback->share > 0.0 && condition.inputs.empty();
 }
 
-/// What the conditions of a study share.
+/// Data for all conditions of a study.
 struct Plan {
   const std::vector<NamedModel>& models;
   const Experiment& trained;
@@ -79,20 +80,20 @@ struct Plan {
   std::vector<Entrant> entrants = {};
   const std::atomic<bool>* stop = nullptr;
 
-  /// Of one condition: by condition, threads share out the conditions.
+  /// Threads for one condition. By condition, each thread takes whole conditions.
   int threads() const { return test.by_condition ? 1 : test.threads; }
 };
 
 /// Test sets that are judged together.
 struct Batch {
   std::vector<Dataset> sets;               ///< by seed
-  std::uint64_t seed = 0;                  ///< of the first
+  std::uint64_t seed = 0;                  ///< seed of the first
   std::size_t first_run = 0;               ///< its number among the runs of all test sets
   std::optional<double> cost = {};         ///< mean_cost() of the true state's loop
-  std::optional<ComparedRuns> lanes = {};  ///< by condition: all runs as filters are given them
+  std::optional<ComparedRuns> lanes = {};  ///< by condition: all runs in the form for filters
 };
 
-/// One condition; what does not depend on the test set is made once.
+/// One condition. Estimators that do not depend on the test set are made once.
 class UnderCondition {
  public:
   UnderCondition(const Plan& plan, const Condition& condition)
@@ -105,8 +106,7 @@ class UnderCondition {
     if (test_.by_condition)
       context_ = filter_context(plan.known, condition.noise, plan.joint_parameters);
     else if (tested_.feedback)
-      tested_.feedback->error.clear();  // the loop of the true state is what
-                                        // others are held against
+      tested_.feedback->error.clear();  // other loops are compared with the loop of the true state
     if (test_.tune)
       tuning_ =
           compared_runs(plan.known, condition, SeedStream::kValidation, kTuningSeed, 1, test_.tuning_trajectories);
@@ -134,8 +134,7 @@ class UnderCondition {
   }
 
  private:
-  /// One factory for each model that it reads; none of those that judge() makes
-  /// itself.
+  /// Returns one factory for each model that the estimator reads; none if judge() makes it.
   std::vector<EstimatorFactory> made(const Entrant& entrant) {
     if (entrant.kind == Kind::kFilter && !test_.by_condition) return {filter(entrant, condition_.noise)};
     if (entrant.kind != Kind::kSimple) return {};
@@ -211,8 +210,7 @@ class UnderCondition {
   }
 
   void add(Evaluation evaluation, std::vector<Evaluation>& to) const {
-    if (test_.by_condition) {  // many cells: their curves and pictures are not
-                               // shown
+    if (test_.by_condition) {  // many cells; their curves and pictures are not shown
       evaluation.examples.clear();
       evaluation.metrics.curve_time_s.resize(0);
       evaluation.metrics.curve.resize(0);
@@ -227,8 +225,7 @@ class UnderCondition {
     to.push_back(std::move(evaluation));
   }
 
-  /// An estimator whose own estimates close the loop, through the noise; the
-  /// same starts and references.
+  /// Judges an estimator whose own estimates close the loop, with the same starts, references and noise.
   Evaluation in_own_loop(const Entrant& entrant, const codegen::Model& model, const Batch& batch) const {
     const NoiseConfig in_loop = without_shifts(condition_.noise);
     const bool is_observer = entrant.kind == Kind::kObserver;
@@ -303,15 +300,13 @@ class UnderCondition {
   Experiment tested_;
   std::unique_ptr<Plant> plant_;
   MetricsConfig config_;
-  Dataset fresh_;                         ///< for those that learn from runs of the training's own
-                                          ///< distribution
+  Dataset fresh_;                         ///< new runs as in training, for estimators that learn
   std::optional<FilterContext> context_;  ///< by condition
   std::optional<ComparedRuns> tuning_;
   std::vector<std::vector<EstimatorFactory>> made_;  ///< by entrant
 };
 
-/// Of the first observer, where it is furthest off; the runs of that condition
-/// are made again.
+/// Keeps the run on which the first observer has its largest error. The runs of that condition are made again.
 void keep_worst_run(const Plan& plan, Study& study) {
   std::size_t worst_set = 0;
   double worst = -1.0;
@@ -336,6 +331,25 @@ void keep_worst_run(const Plan& plan, Study& study) {
       {truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"});
 }
 
+/// Takes the conditions with a reason in `impossible` out of the study. Throws codegen::Error with the first reason if
+/// no condition is left.
+void leave_out(const std::vector<std::string>& impossible, Study& study) {
+  std::vector<Condition> conditions;
+  std::vector<StudyRow> rows;
+  for (std::size_t i = 0; i < impossible.size(); ++i) {
+    if (!impossible[i].empty()) {
+      study.impossible.push_back(impossible[i]);
+      continue;
+    }
+    conditions.push_back(study.test.conditions[i]);
+    rows.push_back(std::move(study.rows[i]));
+  }
+  if (rows.empty() && !impossible.empty())
+    throw codegen::Error("the plant cannot be simulated under any condition; " + impossible.front());
+  study.test.conditions = std::move(conditions);
+  study.rows = std::move(rows);
+}
+
 }  // namespace
 
 std::vector<std::string> alternative_names() {
@@ -356,17 +370,21 @@ std::vector<Condition> compared_conditions(const Experiment& experiment, const C
   const Experiment nominal = nominal_experiment(experiment);
   const auto plant = make_plant(*nominal.plant);
   const ComparedRuns clean = compared_runs(nominal, {}, SeedStream::kValidation, nominal.seed, 1, kEnough);
-  Dataset own = clean.set;  // sensors are of the plant's own outputs; so is
-                            // process noise of its states
+  Dataset own = clean.set;  // noises apply to the plant's own outputs and states
   own.outputs = plant->outputs();
   own.states = plant->outputs();
   for (std::size_t i = 0; i < own.trajectories.size(); ++i) {
     own.trajectories[i].states = clean.channels.plant_outputs(own.trajectories[i].outputs);
   }
-  const Eigen::VectorXd outputs = state_deviation(own);
-  Eigen::VectorXd states = Eigen::VectorXd::Constant(plant->nx(), outputs.mean());
-  if (clean.channels.plain()) states = state_deviation(clean.set);
-  std::vector<Condition> conditions = conditions_of(set, nominal.plant->parameters, outputs, states, left_out);
+  ChannelScales scales;
+  scales.outputs = state_deviation(own);
+  scales.states = Eigen::VectorXd::Constant(plant->nx(), scales.outputs.mean());
+  if (clean.channels.plain()) scales.states = state_deviation(clean.set);
+  scales.noise.resize(scales.outputs.size());
+  const NoiseConfig trained = experiment.training.all_noise().parts.front();
+  for (Eigen::Index j = 0; j < scales.noise.size(); ++j)
+    scales.noise[j] = std::sqrt(noise_variance(trained.of(static_cast<std::size_t>(j))));
+  std::vector<Condition> conditions = conditions_of(set, nominal.plant->parameters, scales, left_out);
   for (const Condition& condition : conditions) check_changes(condition, nominal, *plant);
   return conditions;
 }
@@ -390,14 +408,22 @@ Study run_study(const std::vector<NamedModel>& models, const Experiment& experim
       static_cast<double>(study.rows.size() * plan.entrants.size()) * (by_condition ? 1 : test.test_sets);
   double done = 0.0;
   std::mutex mutex;
+  std::vector<std::string> impossible(study.rows.size());  // why; empty: possible
   ThreadPool pool(by_condition ? test.threads : 1);
   pool.run(static_cast<int>(study.rows.size()), [&](int index, int) {
-    const Condition& condition = test.conditions[static_cast<std::size_t>(index)];
-    study.rows[static_cast<std::size_t>(index)] = UnderCondition(plan, condition).run([&] {
-      const std::lock_guard lock(mutex);
-      if (progress) progress((done += 1.0) / all, by_condition ? condition.name : "test sets");
-    });
+    const auto row = static_cast<std::size_t>(index);
+    const Condition& condition = test.conditions[row];
+    try {
+      study.rows[row] = UnderCondition(plan, condition).run([&] {
+        const std::lock_guard lock(mutex);
+        if (progress) progress((done += 1.0) / all, by_condition ? condition.name : "test sets");
+      });
+    } catch (const codegen::Error& error) {
+      if (!test.leave_out_impossible || (stop != nullptr && stop->load())) throw;
+      impossible[row] = fmt::format("{}: {}", condition.name, error.what());
+    }
   });
+  leave_out(impossible, study);
   if (by_condition) keep_worst_run(plan, study);
   return study;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Estimators under conditions on test sets: the one study behind nlo evaluate,
-// nlo report and the strict test.
+// Estimators under conditions on test sets: the study behind nlo evaluate, nlo report and the strict test.
 #pragma once
 
 #include <atomic>
@@ -24,42 +23,38 @@ inline constexpr std::string_view kParticle = "particle";
 struct StudyTest {
   std::vector<Condition> conditions;
   std::vector<std::string> against;  ///< alternative_names(), kTrueEkf, kParticle
-  unsigned long long seed = 1;       ///< seed of the initial states and the noise in
-                                     ///< the first test set, then seed + 1 ...
+  unsigned long long seed = 1;       ///< of initial states and noise in the first test set; then seed + 1 ...
   int test_sets = 1;
   int trajectories = 200;  ///< in each test set
   int threads = 0;         ///< 0: all cores; the result does not depend on it
 
-  /// false: the plant is that of the training, with the parameters and the
-  /// noise that training drew. Several models are one observer, trained by
-  /// several seeds. A constant and the ridge regression of each model are
-  /// always there. true: the plant has its nominal parameters and the noise of
-  /// the condition. Each model is an observer of its own. Filters step all runs
-  /// side by side. Norms of all test sets have the same scale.
+  /// If false, the plant is the one of the training, with the parameters and the noise that training drew. Several
+  /// models are one observer, trained with several seeds. A constant and the ridge regression of each model are always
+  /// part. If true, the plant has its nominal parameters and the noise of the condition. Each model is an observer of
+  /// its own. Filters step all runs side by side. Norms of all test sets have the same scale.
   bool by_condition = false;
-  bool tune = false;  ///< by condition: each filter also stands there tuned for
-                      ///< the condition
+  bool tune = false;  ///< by condition: each filter takes part tuned for the condition, too
+  /// By condition: a condition under which the plant cannot be simulated (the square root of a negative level) is left
+  /// out and named in Study::impossible. If false, it is an error.
+  bool leave_out_impossible = false;
   int tuning_trajectories = 16;
   int particles = 400;
 };
 
-/// An observer, a filter as shipped, a filter tuned for each condition, what
-/// knows no plant, or the floor.
+/// An observer, a filter as shipped, a filter tuned for each condition, an estimator without a plant, or the floor.
 struct StudyEstimator {
   std::string name;     ///< "observer" or the model's, "ekf", "ekf_tuned", ..., "particle"
   std::string meaning;  ///< in words
   bool is_observer = false;
 
-  // Per step and estimate of one run. Counted; empty where an expression is
-  // unknown.
-  double operations = 0.0,
-         functions = 0.0;       ///< a multiply-add is two operations
-  double state_bytes = 0.0;     ///< that a float implementation keeps between samples
-  double constant_bytes = 0.0;  ///< of a model
+  // Counted per step and estimate of one run; 0 where an expression is unknown.
+  double operations = 0.0, functions = 0.0;  ///< a multiply-add is two operations
+  double state_bytes = 0.0;                  ///< state of a float implementation between samples
+  double constant_bytes = 0.0;               ///< constants of a model
 
   static constexpr std::string_view kTuned = "_tuned";  ///< ends the name of a filter that is tuned
   bool is_tuned() const { return !is_observer && name.ends_with(kTuned); }
-  /// "ekf" of "ekf_tuned"; of all others the name.
+  /// The name without its ending: "ekf" for "ekf_tuned".
   std::string untuned_name() const { return name.substr(0, name.size() - (is_tuned() ? kTuned.size() : 0)); }
 };
 
@@ -67,11 +62,11 @@ struct Study {
   std::string experiment, plant;
   StudyTest test;
   double horizon_s = 0.0;
-  std::vector<std::string> left_out = {};  ///< conditions that the plant has no parameters for
+  std::vector<std::string> left_out = {};    ///< conditions on parameters, for a plant without parameters
+  std::vector<std::string> impossible = {};  ///< "NAME: why" of each condition that was left out as impossible
   std::vector<StudyEstimator> estimators = {};
   std::vector<StudyRow> rows = {};  ///< one for each of test.conditions, with a cell for each estimator
-  /// By condition: the run on which the first observer is furthest off, as it
-  /// saw it.
+  /// By condition: the run on which the first observer has its largest error, with its readings.
   std::vector<EvaluatedRun> worst = {};
   std::size_t worst_row = 0;
 
@@ -81,30 +76,25 @@ struct Study {
 /// What --against takes: the filters of filter_table() and simple_names().
 std::vector<std::string> alternative_names();
 
-/// Those of `noises` in a plant as it is.
+/// Returns a condition for each of `noises`, with the rest of `common`.
 std::vector<Condition> conditions_of(const std::vector<NoiseConfig>& noises, const Condition& common = {});
 
-/// The conditions of `set` in the units of the plant. Throws codegen::Error for
-/// a condition that the plant does not know.
-///   left_out  gets the names of conditions that the plant has no parameters
-///   for
+/// Returns the conditions of `set` in the units of the plant (conditions_of). Noises are scaled to the noise that the
+/// experiment trains with. Throws codegen::Error for a condition that does not fit the plant.
+///   left_out  gets the names of conditions on parameters if the plant has none
 std::vector<Condition> compared_conditions(const Experiment& experiment, const ConditionSet& set,
                                            std::vector<std::string>& left_out);
 
-/// Judges models of `experiment` and their alternatives under each condition,
-/// on each test set.
-///   ekf, ...  filters know the plant that the models were trained for: with
-///   changes, wrong parameters ekf_true  knows the plant that it is tested on
-///   constant  the mean state of new runs of the plant that the models were
-///   trained for ridge     the linear readout of each model's features, fitted
-///   on those runs under the condition's noise
-/// Throws codegen::Error when a trajectory leaves the numbers, and when `stop`
-/// is set.
+/// Judges models of `experiment` and their alternatives under each condition, on each test set.
+///   ekf, ...  filters that know the plant of the training; with changes, their parameters are wrong
+///   ekf_true  knows the plant that it is tested on
+///   constant  the mean state of new runs of the plant of the training
+///   ridge     the linear readout of each model's features, fitted on those runs with the condition's noise
+/// Throws codegen::Error if a trajectory is not finite, and when `stop` is set.
 Study run_study(const std::vector<NamedModel>& models, const Experiment& experiment, const StudyTest& test,
                 const StudyProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
-/// The same of one model on one test set: per condition the observer and then
-/// its alternatives.
+/// Judges one model on one test set: per condition the observer and then its alternatives.
 std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
                                                      const StudyTest& test);
 
