@@ -15,7 +15,7 @@ struct EncodedAngle {
   double wrap;        ///< full turn of the angle
 };
 
-/// The same angle difference, turned into (-wrap/2, wrap/2].
+/// Returns the angle difference wrapped into (-wrap/2, wrap/2].
 double wrap_difference(double difference, double wrap);
 
 /// Takes the jumps out of an angle: each sample moves by whole turns to within half a turn of the one before. The

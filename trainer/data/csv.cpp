@@ -26,7 +26,7 @@ namespace {
 
 using codegen::Error;
 
-/// What a terminal can show of a cell: a binary file taken for a log must not reach it unfiltered.
+/// Makes a cell printable. A binary file that is taken for a log must not reach the terminal unfiltered.
 std::string shown(std::string_view cell) {
   constexpr std::size_t kLongest = 40;
   return ascii(cell.substr(0, kLongest)) + (cell.size() > kLongest ? "..." : "");

@@ -47,12 +47,12 @@ class CsvTable {
   /// when it occurs twice, or when a cell is empty, not a decimal number, or not finite (names the cell).
   Eigen::VectorXd column(std::string_view heading) const;
 
-  /// The same, but cells that are empty, -, NaN, NA, null or None are NaN, and their rows, increasing, in `missing`.
-  /// So are cells that are one of `words`, or the same number as one of them.
+  /// Reads a column that may have missing values. Cells that are empty, -, NaN, NA, null or None become NaN, and their
+  /// rows, increasing, are added to `missing`. So are cells that equal one of `words`, also as a number.
   Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing,
                          const std::vector<std::string>& words = {}) const;
 
-  /// The same cells as they stand in the file.
+  /// Returns the cells of a column as they are in the file.
   std::vector<std::string_view> cells(std::string_view heading) const;
 
   /// Whether two rows are copies of each other.
@@ -68,7 +68,7 @@ class CsvTable {
 
   std::string file_;
   CsvFormat format_;
-  std::shared_ptr<const std::string> text_;  ///< what the cells look into
+  std::shared_ptr<const std::string> text_;  ///< text that the cells point into
   std::vector<std::string> headings_;
   std::vector<std::string> units_;  ///< as many; empty: no row of units
   int header_line_ = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the table of a file begins: loggers and spreadsheets write lines about themselves above the headings, and units
-// below them.
+// Finds the beginning of a file's table. Loggers and spreadsheets write lines about themselves above the headings, and
+// units below them.
 #pragma once
 
 #include <cstddef>

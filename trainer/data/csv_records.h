@@ -82,7 +82,7 @@ class CsvRecords {
 
   bool is_separator(char c) const { return c == separator_ || (separator_ == ' ' && c == '\t'); }
 
-  /// Where the cell ends that starts `text`: plain bytes, a third faster here than find_first_of.
+  /// Returns the end of the cell that starts `text`. A loop over bytes is a third faster here than find_first_of.
   std::size_t cell_end(std::string_view text) const {
     std::size_t end = 0;
     if (separator_ != ' ')

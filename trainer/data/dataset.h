@@ -60,13 +60,13 @@ struct Dataset {
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
   bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
-  Mirror mirror = {};                            ///< of readings() and states
-  double simulated_share = 0.0;  ///< of a step's segments: from runs without a log, which stand behind all others
+  Mirror mirror = {};                            ///< signs of readings() and states
+  double simulated_share = 0.0;  ///< share of a step's segments from simulated runs, which stand behind all others
 
   /// The inputs that the observer reads beside the outputs.
   std::vector<Channel> inputs_read() const { return reads_inputs ? inputs : std::vector<Channel>{}; }
 
-  /// What the latent system and T* read: outputs, then the inputs that are read.
+  /// Readings of the latent system and T*: outputs, then the inputs that are read.
   std::vector<Channel> readings() const {
     std::vector<Channel> both = outputs;
     if (reads_inputs) both.insert(both.end(), inputs.begin(), inputs.end());

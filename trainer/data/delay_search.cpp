@@ -18,10 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kEarliest = -8.0;        // samples: an input may be logged after it acted
-constexpr double kLeastExplained = 0.3;   // of the residual without u: below it the minimum is chance
-constexpr double kMostUnexplained = 0.4;  // of the variance: above it something larger than u is left out, which u may
-                                          // follow in a closed loop
+constexpr double kEarliest = -8.0;       // samples: an input may be logged after it acted
+constexpr double kLeastExplained = 0.3;  // share of the residual without u; below it the minimum is chance
+// Share of the variance. Above it something larger than u is left out, which u may follow in a closed loop.
+constexpr double kMostUnexplained = 0.4;
 
 /// One regression: delta_m^r of quantity q.
 struct Choice {
@@ -79,7 +79,7 @@ class Regression {
   bool usable() const { return rows_ > 0 && variance_ > 0.0; }
   const Choice& choice() const { return choice_; }
 
-  /// What of the held input j, d samples late, the features do not say.
+  /// The part of the held input j, d samples late, that the features do not explain.
   VectorXd column(std::size_t j, double d) const {
     VectorXd values(rows_);
     Index row = 0;
@@ -102,7 +102,7 @@ class Regression {
   double deviation(const std::vector<VectorXd>& columns, std::size_t j, const VectorXd& slope) const {
     const Fit best = fit(columns, target_);
     VectorXd direction = slope * best.weights[static_cast<Index>(j)];
-    direction -= fit(columns, direction).prediction;  // what another weight would do as well
+    direction -= fit(columns, direction).prediction;  // the part that another weight explains as well
     const VectorXd score = (target_ - best.prediction).cwiseProduct(direction);
     const Index lags = std::min<Index>(8 * choice_.width() + 40, rows_ / 4);
     double sum = score.squaredNorm();
@@ -132,8 +132,7 @@ class Regression {
     return {weights.cwiseQuotient(norms), u * weights};
   }
 
-  /// Of each quantity: its level, its square, and its change over the width;
-  /// of an angle sine and cosine in place of them.
+  /// Features of each quantity: its level, its square, and its change over the width; for an angle its sine and cosine.
   double feature(const DelayRun& run, const std::vector<double>& angles, Index k, Index index) const {
     const Index q = index / 3, w = choice_.width();
     if (choice_.degree == 0) return 0.0;  // the quantity is u itself, and nothing else

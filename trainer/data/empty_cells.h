@@ -35,7 +35,7 @@ struct EmptyCells {
   double longest_s = 0.0;  ///< stretch without a value
   std::string worst;       ///< the file with the largest share
   double worst_share = 0.0;
-  bool output = false, state = false, input = false;  ///< what the column is
+  bool output = false, state = false, input = false;  ///< roles of the column
 };
 
 /// Adds the columns of `schema` in one more file. Once a column has empty cells, its rows in all files count.

@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// Of a list of windows that begins with "all", the whole run.
+/// A list of windows that begins with "all", the whole run.
 using EvaluationWindows = std::vector<EvaluationWindow>;
 
 /// "all" alone.

@@ -79,7 +79,7 @@ Ends ends_of(const std::vector<VectorXd>& signals, const std::vector<double>& wi
   return ends;
 }
 
-/// Where one value occurs.
+/// Occurrences of one value.
 struct Occurrences {
   Index count = 0, stretches = 0, longest = 0;  ///< longest: rows of a stretch
 

@@ -17,7 +17,7 @@ struct ImpossibleValues {
   std::vector<double> values;    ///< the most frequent first; empty: none
   Eigen::Index count = 0;        ///< samples that have one of them
   Eigen::Index all = 0;          ///< samples in all
-  std::size_t file = 0;          ///< where the first of them stands
+  std::size_t file = 0;          ///< file of the first of them
   Eigen::Index row = 0;          ///< the same
   double low = 0.0, high = 0.0;  ///< range of the other samples
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a user would do without an observer, all of it causal: predict the training mean, take the sensor of a state as
-// it is, difference the last two measurements, fit a polynomial to the last few and read its end, or regress on the
-// last few samples of all channels and their products. An observer that does not beat these is not needed.
+// Causal estimates without an observer: the training mean, the sensor of a state itself, the difference of the last two
+// measurements, the end of a polynomial through the last few, or a regression on the last few samples of all channels
+// and their products. An observer that does not beat them is not needed.
 #pragma once
 
 #include <Eigen/Core>
@@ -54,7 +54,7 @@ class LogBaseline {
   /// the truth itself.
   bool applies(int state) const;
 
-  /// Of one sample and all states.
+  /// Multiply-adds of one sample for all states.
   Eigen::Index multiply_adds() const;
 
   /// "constant", or for instance "polynomial (degree 2, 7 samples)".
@@ -67,7 +67,7 @@ class LogBaseline {
   std::vector<EndPointPolynomial> polynomials_;  ///< one per state, of "difference" and "polynomial"; else empty
   std::vector<int> sensors_;                     ///< likewise of "sensor": the output, or -1
   std::vector<std::string> sensor_names_;        ///< likewise
-  std::optional<StaticRidge> ridge_;             ///< of "static_ridge"
+  std::optional<StaticRidge> ridge_;             ///< regression of "static_ridge"
 };
 
 }  // namespace nlo::trainer

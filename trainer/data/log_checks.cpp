@@ -28,7 +28,7 @@ constexpr double kTurnRad = 2.0 * std::numbers::pi, kTurnDeg = 360.0;
 /// three or more digits does, a second sensor of the same quantity does not.
 constexpr double kCopy = 1e-3;
 
-/// What a column does over all logs.
+/// Range of a column over all logs.
 struct Spread {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   Index steps = 0;

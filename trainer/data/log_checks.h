@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is most often wrong with the table of columns, seen from the numbers under it: a dead or doubled sensor, degrees
-// called rad, a wrap that is not one, a logged velocity that is no truth. Each finding is a note with its fix.
+// Finds frequent mistakes in the table of columns from the numbers: a dead or doubled sensor, degrees called rad, a
+// wrong wrap, a logged velocity that is no truth. Each finding is a note with its remedy.
 #pragma once
 
 #include <string>

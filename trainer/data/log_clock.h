@@ -10,13 +10,13 @@
 
 namespace nlo::trainer {
 
-using LogRuns = std::vector<std::vector<LogRun>>;  ///< of each file
+using LogRuns = std::vector<std::vector<LogRun>>;  ///< runs of each file
 
 /// Splits each log where a step exceeds max_gap_s, or without that many usual periods.
 LogRuns split_logs(const LogConfig& config, const std::vector<LogFile>& logs, std::vector<std::string>& notes);
 
-/// As configured. Else of regular logs of one clock their mean step, over all of them, which does not drift;
-/// of others the median.
+/// Returns the configured period. Else, for regular logs of one clock, their mean step over all logs, which does not
+/// drift; for others the median.
 double nominal_period(const LogConfig& config, const LogRuns& runs);
 
 /// A log on another clock than the nominal one is used as it is stamped, and slowly: noted. Throws codegen::Error where

@@ -37,7 +37,7 @@ Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnCon
   return {units.scale * column.scale, units(column.offset)};
 }
 
-/// What the velocity of `source`, in its unit per second, is multiplied by to be in the unit of `column`.
+/// Factor from the velocity of `source`, in its unit per second, to the unit of `column`.
 double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std::vector<ColumnConfig>& all) {
   if (column.scale != 1.0 || column.offset != 0.0)
     fail_at(

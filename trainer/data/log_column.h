@@ -16,10 +16,10 @@ struct LogColumn {
   double wrap = 0.0;        ///< full turn of the values of `heading`; 0: not an angle
   bool derivative = false;  ///< the zero-phase velocity of those values, times `rate`
   bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
-  double delay_s = 0.0;     ///< of an input: it acts this much later
+  double delay_s = 0.0;     ///< an input acts this much later
   double scale = 1.0;       ///< value = scale * cell + offset
   double offset = 0.0;
-  double rate = 1.0;  ///< of a derivative: its unit in units of the values' per second
+  double rate = 1.0;  ///< for a derivative: its unit in units of the values per second
 
   std::vector<std::string> missing = {};  ///< cells that stand for no value
 
@@ -29,7 +29,7 @@ struct LogColumn {
 /// Throws KeyError of `column`, which is one of `all`, with the fix.
 [[noreturn]] void fail_at(const ColumnConfig& column, const std::vector<ColumnConfig>& all, std::string_view what);
 
-/// What the file calls it.
+/// Heading of the column in the file.
 std::string heading_of(const ColumnConfig& column);
 
 /// `column`, one of `all`, which has no expression. Throws KeyError as resolve_columns().

@@ -32,8 +32,8 @@ Dataset load_logs(const LogConfig& config, const std::string& directory, const s
 
 struct LogSplits {
   Dataset train, validation, test;  ///< an empty split has channels and no trajectories
-  LogReport report;                 ///< of all three, in that order
-  TrainingLogs remembered;          ///< what a model should keep of the training logs
+  LogReport report;                 ///< report of all three, in that order
+  TrainingLogs remembered;          ///< facts about the training logs for the model
 };
 
 /// The three splits of `config`, checked to be disjoint; with `every` = n, training gets n runs of each log, which

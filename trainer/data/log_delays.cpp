@@ -23,7 +23,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kLongest = 32.0;    // rows of a log; a delay is a few
-constexpr double kSureEnough = 0.5;  // of the standard deviation, in rows: beyond it nothing was found
+constexpr double kSureEnough = 0.5;  // largest standard deviation of a found delay, in rows
 
 /// Values at the times wanted, which increase, by straight lines; beyond the ends the first and the last.
 VectorXd interpolated(const VectorXd& time_s, const VectorXd& values, const VectorXd& wanted_s) {
@@ -38,7 +38,7 @@ VectorXd interpolated(const VectorXd& time_s, const VectorXd& values, const Vect
   return result;
 }
 
-/// What a log measures, each column once: outputs and states as they stand in the file, angles to be unwrapped.
+/// The measured columns of a log, each once: outputs and states as they are in the file, with angles to unwrap.
 std::vector<LogColumn> measured_columns(const LogSchema& schema) {
   std::vector<LogColumn> columns;
   for (const auto* all : {&schema.outputs, &schema.states})

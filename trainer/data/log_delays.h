@@ -20,17 +20,18 @@ Eigen::VectorXd delayed(const Eigen::VectorXd& time_s, const Eigen::VectorXd& va
 struct LogDelay {
   std::string input;
   double delay_s = 0.0;
-  double sample_period_s = 0.0;  ///< of the observer [s]
+  double sample_period_s = 0.0;  ///< sample period of the observer [s]
   FoundDelay found = {};         ///< in rows of the log
 
   double samples() const { return delay_s / sample_period_s; }
 };
 
 /// Finds the delay of each column that asks for it (find_delay) in the training logs, and writes it into the column.
-/// What acts before its column says has the delay 0. Nothing to find: nothing is read.
-///   directory   of the logs
+/// An input that acts earlier than its column says gets the delay 0. Without such columns no log is read.
+///   directory   folder of the logs
 ///   input_hold  [observer] input_hold, which says when the u of a sample acts
-/// Throws codegen::Error as load_logs; where the logs do not tell a delay to half a row, naming the column.
+/// Throws codegen::Error as load_logs does, and with the column's name if the logs do not determine a delay to half a
+/// row.
 std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& directory, Hold input_hold);
 
 /// For people, one line: "u acts 0.0125 s (2.5 samples of the observer) after its column says (+- 0.02 rows; ...)".

@@ -33,11 +33,11 @@ struct LogFile {
   Eigen::VectorXd time_s;                                  ///< from the first sample, increasing (log_stamps.h)
   std::vector<Eigen::Index> restarts;                      ///< rows at which the clock has gone back: runs begin there
   double start_s = 0.0;                                    ///< its first stamp; 0: no time column
-  double resolution_s = 0.0;                               ///< of the printed stamps; 0: none, or no time column
-  bool has_time_unit = false;                              ///< else its stamps are taken for seconds
-  std::vector<std::string> clock_notes;                    ///< what is wrong with single stamps
-  std::vector<int> lines;                                  ///< of each row, in the file
-  std::vector<std::string> needed;  ///< headings of outputs and inputs: a run begins where all have values
+  double resolution_s = 0.0;             ///< resolution of the printed stamps; 0: none, or no time column
+  bool has_time_unit = false;            ///< else its stamps are taken for seconds
+  std::vector<std::string> clock_notes;  ///< notes on single wrong stamps
+  std::vector<int> lines;                ///< line of each row in the file
+  std::vector<std::string> needed;       ///< headings of outputs and inputs: a run begins where all have values
 
   const Eigen::VectorXd& column(const std::string& heading) const { return columns.at(heading); }
   /// In the unit of the column. What stands in the file goes through unchanged where nothing converts it.
@@ -53,7 +53,7 @@ LogFile read_log(const std::string& path, const LogSchema& schema, double sample
 /// one sample are dropped, and noted.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 
-/// Of all listed columns but time, each once, in the order of the list.
+/// Headings of all listed columns except time, each once, in the order of the list.
 std::vector<std::string> listed_headings(const LogSchema& schema);
 
 }  // namespace nlo::trainer

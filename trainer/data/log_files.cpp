@@ -169,7 +169,7 @@ std::regex bounded_regex(const std::string& pattern) {
   }
   if (pattern.size() > kLongestPattern || !(copies <= kMostCopies))
     throw std::regex_error(std::regex_constants::error_space);
-  // Of libstdc++: without it a search may go back and forth for longer than anybody waits, ^(a+)+$ for one.
+  // An option of libstdc++. Without it a search may take exponential time, as for ^(a+)+$.
   return std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial);
 }
 

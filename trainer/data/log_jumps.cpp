@@ -34,7 +34,7 @@ struct Signal {
   double step(Index k) const { return x[k] - x[k - 1]; }
 };
 
-/// Where the samples of all runs come from.
+/// The origin of the samples of all runs.
 struct Samples {
   std::vector<const LogFile*> files;
   std::vector<Index> rows;     ///< in its file

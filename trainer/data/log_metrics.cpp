@@ -103,7 +103,7 @@ LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimat
   LogMetrics metrics{windows, {}, estimates.size(), {}};
   const std::vector<Sums> none(data.states.size() + angle_pairs.size(), Sums(windows.size()));
   std::vector<Sums> pooled = none, log = none;
-  std::size_t runs = 0;  // of this log
+  std::size_t runs = 0;  // runs of this log
   for (std::size_t file = 0; file < estimates.size(); ++file) {
     const Trajectory& run = data.trajectories[file];
     if (estimates[file].rows() != run.states.rows() || estimates[file].cols() != run.samples())

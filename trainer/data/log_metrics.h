@@ -26,7 +26,7 @@ struct LogMetrics {
   };
   EvaluationWindows windows;       ///< "all" first
   std::vector<File> files;         ///< one for each log, however many runs gaps make of it
-  std::size_t runs = 0;            ///< of all files
+  std::size_t runs = 0;            ///< sum over all files
   std::vector<StateError> pooled;  ///< over the samples of all files together
 };
 

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// What the values of a state are, over all logs, whatever a few of them do.
+/// The usual range of a state over all logs, despite a few outliers.
 struct Usual {
   double low = 0.0, high = 0.0;  ///< by its quantiles of 1 % and 99 %, and by five deviations from its median
   double step = 0.0;             ///< ten times the median of the steps that are not 0
@@ -25,7 +25,7 @@ struct Usual {
 };
 
 Usual usual_of(const std::vector<VectorXd>& signals) {
-  constexpr double kDeviation = 1.4826;  // of a normal distribution, in median absolute deviations
+  constexpr double kDeviation = 1.4826;  // deviation of a normal distribution in median absolute deviations
   std::vector<double> values, steps;
   for (const VectorXd& x : signals) {
     values.insert(values.end(), x.begin(), x.end());

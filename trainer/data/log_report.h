@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What loading logs has found on the way: their clock, their rows, and notes for a reader, each with its fix.
+// Findings of loading logs: their clock, their rows, and notes, each with its remedy.
 #pragma once
 
 #include <map>
@@ -18,7 +18,7 @@ void note_once(std::vector<std::string>& notes, const std::string& text);
 struct LogReport {
   double sample_period_s = 0.0;        ///< nominal: as configured, else the logs' mean step, or median if irregular
   std::vector<TimeStampReport> files;  ///< one for each log, over the runs that gaps make of it
-  std::vector<std::string> notes;      ///< what a reader should know, each with its fix
+  std::vector<std::string> notes;      ///< notes for a reader, each with its remedy
   std::map<std::string, EmptyCells> empty_cells;  ///< by heading, over all files; none where there are none
   std::vector<LogContent> contents;               ///< one per file: its rows, to be found again
   std::string data_hash;                          ///< content_hash of the files, in the order of `files`

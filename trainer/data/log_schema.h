@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// What a state is to the measured outputs: where a causal differentiator can start from.
+/// Relation of a state to the measured outputs: the start of a causal differentiator.
 enum class StateKind { kHidden, kMeasured, kSineOfMeasured, kCosineOfMeasured, kDerivativeOfMeasured };
 
 struct StateSource {
@@ -33,12 +33,12 @@ struct AnglePair {
 };
 
 struct LogSchema {
-  CsvFormat format;                                ///< of the files
+  CsvFormat format;                                ///< format of the files
   std::vector<std::string> missing;                ///< cells that stand for no value in any column
   std::string time_heading;                        ///< empty: no time stamps, rows are sample_period_s apart
   double time_unit_s = 1.0;                        ///< seconds per unit of the time column
   bool has_time_unit = false;                      ///< it was given; else seconds are assumed
-  std::vector<LogColumn> outputs, states, inputs;  ///< of the file
+  std::vector<LogColumn> outputs, states, inputs;  ///< columns of the file
   std::vector<LogColumn> masks;                    ///< the truth of a row counts where none of them is 0
   /// Outputs that are computed stand behind those of the file.
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
@@ -49,9 +49,9 @@ struct LogSchema {
 /// How the files of a [log] write their rows. Throws KeyError where separator and decimal are the same.
 CsvFormat format_of(const LogConfig& config);
 
-/// Throws KeyError of the column, with the fix: no output, no state, two time columns, a name that is taken,
-/// an encoding without a wrap, a derivative of what is not listed; of [log],
-/// where a comma separates cells and decimals.
+/// Throws KeyError with the column and the remedy: no output, no state, two time columns, a name that is taken, an
+/// encoding without a wrap, a derivative of an unlisted column; and for [log] if a comma separates both cells and
+/// decimals.
 LogSchema resolve_columns(const LogConfig& config);
 
 }  // namespace nlo::trainer

@@ -25,9 +25,9 @@ using Eigen::VectorXd;
 
 constexpr double kDay_s = 86400.0;
 
-/// What the cells of a clock say, before anything is left out.
+/// Readings of a clock's cells before any row is left out.
 struct Readings {
-  VectorXd stamps;  ///< as numbers of the file; of times of day: seconds from the first date's midnight
+  VectorXd stamps;  ///< numbers of the file; for times of day: seconds from the first date's midnight
   bool is_text = false;
   bool has_date = false;
 };
@@ -211,7 +211,7 @@ class Cleaner {
   std::vector<std::string_view> cells_;
   const Readings& read_;
   std::string name_;
-  VectorXd time_;  ///< of each row taken so far, over midnights and overflows
+  VectorXd time_;  ///< time of each row so far, over midnights and overflows
   double usual_ = 0.0, shift_ = 0.0;
   Index next_ = 0;
   std::vector<Index> repeated_, wrong_;

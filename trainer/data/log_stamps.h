@@ -15,12 +15,12 @@ namespace nlo::trainer {
 inline constexpr double kGapPeriods = 10.0;
 
 struct LogStamps {
-  std::vector<Eigen::Index> rows;  ///< of the table, those that are kept
-  /// Of the kept rows, from the first [s], increasing: where the clock goes back, a usual step is put.
+  std::vector<Eigen::Index> rows;  ///< kept rows of the table
+  /// Time of the kept rows since the first [s], increasing. Where the clock goes back, a usual step is inserted.
   Eigen::VectorXd time_s;
   std::vector<Eigen::Index> restarts;  ///< kept rows (from 0) at which the clock has gone back, increasing
   double start_s = 0.0;                ///< first stamp; 0 for times of day
-  double resolution_s = 0.0;           ///< of the printed stamps (stamp_resolution)
+  double resolution_s = 0.0;           ///< resolution of the printed stamps (stamp_resolution)
   bool is_text = false;                ///< times of day: `unit_s` does not count
   std::vector<std::string> notes;      ///< repeated and wrong stamps, restarts, each with file and line
 };

@@ -45,7 +45,8 @@ std::string remark_on_gain(double gain) {
 std::optional<VelocityMatch> match_velocity(const VectorXd& signal, const VectorXd& velocity, int max_lag) {
   const Index n = signal.size(), inner = n - 2 * max_lag;
   if (n < 10 * max_lag) return std::nullopt;
-  // The same samples of the velocity for every lag: else the largest is where the samples suit it.
+  // Every lag uses the same samples of the velocity. Otherwise the largest correlation depends on the choice of
+  // samples.
   std::vector<Moments> at;
   for (int lag = -max_lag; lag <= max_lag; ++lag)
     at.push_back(correlate(signal.segment(max_lag + lag, inner), velocity.segment(max_lag, inner)));

@@ -20,8 +20,8 @@ struct VelocityMatch {
   double gain = 1.0;         ///< signal per velocity at that lag
 };
 
-/// Where the correlation of `signal` with `velocity` (N each) is largest within `max_lag` samples either way; nothing
-/// when that is at an end, when one of them rests, or when there are fewer than 10 max_lag samples.
+/// Returns the lag with the largest correlation of `signal` and `velocity` (N each), within `max_lag` samples either
+/// way. Nothing if the lag is at an end, if one of the signals rests, or if there are fewer than 10 max_lag samples.
 std::optional<VelocityMatch> match_velocity(const Eigen::VectorXd& signal, const Eigen::VectorXd& velocity,
                                             int max_lag);
 

@@ -9,13 +9,13 @@
 //   normal  = Marsaglia's polar method: v = 2 u - 1 twice until 0 < q = v1^2 + v2^2 < 1; then v1 and v2 times
 //             scale * sqrt(-2 ln q / q) are two draws, used one after the other
 //   student = scale * n / sqrt((n_1^2 + ... + n_f^2) / f) of f + 1 normal draws of scale 1, n first
-// then, of a sensor that has them: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are drawn
-// before the first sample, sensor by sensor, uniform. Clipping and quantising are last.
-// When a sensor measures, and what does not arrive, comes from a second engine, seeded by mix(s ^ 0x74696d65, i), so
-// that it changes no noise: what the sensors' biases have in common; the delays of those drawn from a range, sensor by
-// sensor; then for each sample one uniform number that the jitters of all sensors have in common (the loop's clock
-// jitters), and one of each kind of outage (missing, stuck, dead) of each sensor that has it.
-// Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
+// then, for a sensor with outliers: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are
+// drawn before the first sample, sensor by sensor, uniform. Clipping and quantising are last. Times and outages of
+// measurements come from a second engine, seeded by mix(s ^ 0x74696d65, i), so that they change no noise: the common
+// part of the sensors' biases; the delays of those drawn from a range, sensor by sensor; then for each sample one
+// uniform number that the jitters of all sensors have in common (the loop's clock jitters), and one of each kind of
+// outage (missing, stuck, dead) of each sensor that has it. Each run has its own stream, so neither the number of
+// threads nor the number of runs changes a draw.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +35,7 @@ class MeasurementNoise final : private NoiseNumbers<double> {
  public:
   MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run);
 
-  /// Of one sensor (of a noise that is the same for all: any).
+  /// Draws the noise of one sensor (any, if the noise is the same for all).
   double draw(std::size_t sensor = 0);
 
   /// The outputs (n_y x N) as sensors with this noise would give them. `angles`: the outputs that are sine and cosine
@@ -54,7 +54,7 @@ class MeasurementNoise final : private NoiseNumbers<double> {
 
   NoiseConfig config_;
   std::mt19937_64 engine_, timing_;
-  std::vector<double> biases_;  ///< of each sensor of the configuration
+  std::vector<double> biases_;  ///< bias of each sensor of the configuration
   double spare_normal_ = 0.0;
   bool has_spare_ = false;
 };

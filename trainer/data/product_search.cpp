@@ -19,12 +19,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRidge = 1e-4;              // of the power of each feature
+constexpr double kRidge = 1e-4;              // relative to the power of each feature
 constexpr double kAverages[] = {5.0, 25.0};  // time constants [samples]
 constexpr Index kOf = 3;                     // features of each channel: it, and these two averages
 constexpr double kLeastGain = 0.05;
 constexpr double kNothing = 0.005;            // an error of this share of a deviation
-constexpr double kMostLogsShare = 2.0 / 3.0;  // of them must gain
+constexpr double kMostLogsShare = 2.0 / 3.0;  // share of the logs that must gain
 constexpr std::size_t kMostProducts = 3, kMostChannels = 16, kFewestLogs = 3;
 
 /// Normal equations of one log: of all features, those of products behind those of channels.
@@ -177,7 +177,7 @@ class ProductSearch {
   }
 
   const Dataset& data_;
-  std::vector<std::string> names_;  // of channels that may be a part: outputs, then inputs
+  std::vector<std::string> names_;  // names of channels that may be a factor: outputs, then inputs
   std::size_t outputs_ = 0;
   std::vector<std::pair<std::size_t, std::size_t>> pairs_;
   VectorXd scale_, mean_;

@@ -26,14 +26,15 @@ class StaticRidge {
 
  private:
   Eigen::MatrixXd channels_of(const Trajectory& run) const;
-  /// Of samples from, from + stride, ... as many as `count`; features x count. `channels`: of all samples, normalised.
+  /// Features of the samples from, from + stride, ..., `count` of them; features x count. `channels`: all samples,
+  /// normalised.
   Eigen::MatrixXd features_of(const Eigen::MatrixXd& channels, Eigen::Index from, Eigen::Index stride,
                               Eigen::Index count) const;
   Eigen::MatrixXd normalised(const Trajectory& run) const;
 
   std::vector<Channel> states_, outputs_;
   int samples_ = 3;
-  Eigen::VectorXd mean_, scale_;  ///< of the channels of one sample
+  Eigen::VectorXd mean_, scale_;  ///< for the channels of one sample
   Eigen::MatrixXd weights_;       ///< targets x features
 };
 

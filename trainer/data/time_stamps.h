@@ -49,8 +49,8 @@ struct TimeStampReport {
   bool nominal = false;  ///< each step counts as the nominal period; else as it is stamped
 };
 
-/// Of the runs of one file, at least one; each `time_s` has at least two samples and increases.
-/// Steps between runs do not count.
+/// Reports the stamps of one file's runs (at least one). Each `time_s` has at least two samples and increases. Steps
+/// between runs do not count.
 TimeStampReport report_time_stamps(const std::string& file, const std::vector<Eigen::VectorXd>& times_s,
                                    double nominal_s);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What a model remembers of the logs that trained it: a few hashes of their rows and the range of each output. With
-// them `nlo evaluate` says which of its logs the model has seen, and where they lead beyond training.
-// Which rows a log holds, by hashes of windows of them: finds a log, or a cut of it, in another, whatever their time
-// stamps and names are. It finds mistakes, not forgeries: rows that were resampled or rounded anew are other rows.
+// A model keeps a few hashes of its training logs' rows and the range of each output. With them `nlo evaluate` says
+// which of its logs the model has seen, and which exceed the training. Hashes of windows of rows find a log, or a part
+// of it, in another log with any time stamps and names. They find mistakes, not forgeries: resampled or rounded rows
+// are not found.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +25,7 @@ struct LogContent {
   std::vector<std::uint64_t> windows;  ///< hash of every such window, sorted, each once
 };
 
-/// Of the columns under `headings`, as they stand in the file.
+/// Hashes of the columns under `headings`, as they are in the file.
 LogContent content_of(const LogFile& log, const std::vector<std::string>& headings);
 
 /// Share of the windows of `part` that `whole` holds too, 0 to 1.

@@ -15,7 +15,7 @@ struct Unit {
   std::string_view name;  ///< as it is written: "m/s^2", "m/s2"; several rows may mean the same
   std::string_view kind;  ///< "length", "speed", "temperature", ...
   double scale = 1.0;
-  double offset = 0.0;  ///< of temperatures: 0 degC is 273.15 K
+  double offset = 0.0;  ///< for temperatures: 0 degC is 273.15 K
 };
 
 std::span<const Unit> unit_table();
@@ -39,11 +39,11 @@ Conversion conversion(const Unit& from, const Unit& to);
 /// The kind of the rate of change: "speed" of "length"; empty when the table has none.
 std::string_view kind_of_rate(std::string_view kind);
 
-/// What two texts are to each other as units.
+/// Relation of two texts as units.
 enum class UnitsAre { kTheSame, kConvertible, kOfDifferentKinds, kUnknown };
 
-/// The same: equal texts, or one is empty (nothing is known, nothing is compared), or rows with equal numbers.
-/// `conversion` is set for kTheSame and kConvertible.
+/// Compares units. kTheSame: equal texts, or one is empty (unknown), or rows with equal numbers. `conversion` is set
+/// for kTheSame and kConvertible.
 UnitsAre compare_units(std::string_view from, std::string_view to, Conversion& conversion);
 
 /// "\"deg\" (angle)", or "\"foo\"" when the table has no such unit.

@@ -111,7 +111,7 @@ class Search {
     const Time started = now();
     const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
     constexpr std::uint64_t kTries = 20;  // for each that is found
-    constexpr double kShare = 0.2;        // of the time, unless few are found by then
+    constexpr double kShare = 0.2;        // share of the time, unless few are found by then
     constexpr std::size_t kFew = 4;
     std::size_t wanted = 1;
     for (std::uint64_t index = 0; record_.candidates.size() < wanted && index <= kTries * wanted; ++index) {
@@ -224,7 +224,7 @@ class Search {
     Experiment experiment = parse_experiment(candidate.experiment, file());
     experiment.threads = task_.experiment.threads;
     set_steps(experiment, trial.steps);
-    context.progress = [&, before_s = done_s()](double share) {  // of the time that was given
+    context.progress = [&, before_s = done_s()](double share) {  // share of the given time
       say((before_s + share * trial.steps / candidate.steps_per_s) / record_.seconds, context.name);
     };
     const std::string folder = fmt::format("{}/{}-{}", jobs(), record_.rungs.size() - 1, trial.candidate);

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 struct SearchBudget {
   double minutes = 10.0;
-  std::int64_t multiply_adds = 0, flash_bytes = 0;  ///< of the export in float; 0: no limit
+  std::int64_t multiply_adds = 0, flash_bytes = 0;  ///< limits of the export in float; 0: no limit
 };
 
 /// The time does not suffice for a training that is worth its name. Going on would change nothing.

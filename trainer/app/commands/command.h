@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the commands of `nlo` share: how a command joins the program, and which exit code its errors get.
+// How a command joins the program `nlo`, and the exit codes of its errors.
 //   0  done
 //   1  RunFailure: the run itself failed (diverged, interrupted, disk full)
 //   2  any other codegen::Error, before anything was written: wrong usage, config or input; codegen::InputError always

@@ -63,7 +63,8 @@ std::vector<std::string> chosen(std::vector<std::string> others, int count, unsi
   return others;
 }
 
-/// What the experiment trains on of `data`, which may be large: copied into `own` only where a transient is cut off.
+/// Returns the part of `data` that the experiment trains on. `data` may be large, so it is copied into `own` only if a
+/// transient is cut off.
 const Dataset& trained_on(const Dataset& data, const Experiment& experiment, Dataset& own) {
   if (experiment.training.transient != Transient::kDrop) return data;
   own = data;
@@ -79,7 +80,7 @@ JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.files;
-  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
+  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from these logs alone
   const LogSplits splits = load_log_splits(*experiment.log, "", mirrored_channels(experiment));
   experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What nlo crossvalidate prints of its trainings.
+// The output of nlo crossvalidate about its trainings.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// What one training on `logs` logs gave on a fold.
+/// The result of one training on `logs` logs for a fold.
 struct FoldOutcome {
   std::string fold;
   int logs = 0;

@@ -49,7 +49,7 @@ struct EvaluateArguments {
   LogFlight flight;
   RunFiles files;
   StudyTest test;
-  Condition common;  ///< what all noises are tested under
+  Condition common;  ///< settings of the tests under all noises
   std::vector<NoiseConfig> noises;
   bool json = false;
   std::string plant_option;  ///< the first that was given of those that are for plants
@@ -70,7 +70,7 @@ struct EvaluateOptions {
   CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on what is tested
 };
 
-/// What --against takes.
+/// The values of --against.
 std::vector<std::string> rivals() {
   std::vector<std::string> names = alternative_names();
   names.emplace_back(kTrueEkf);

@@ -25,8 +25,8 @@ DraftExperiment read_draft(const ExperimentArgument& argument);
 /// or listing the shipped names when there is no such file.
 Experiment read_experiment(const ExperimentArgument& argument);
 
-/// Those of an `nlo` command that are about its experiment, as a shell takes them: EXPERIMENT --data DIR --set
-/// KEY=VALUE --seed N. `data` may be empty; threads change no result.
+/// Returns the arguments of an `nlo` command about its experiment, quoted for a shell: EXPERIMENT --data DIR --set
+/// KEY=VALUE --seed N. `data` may be empty. Threads are left out, because they change no result.
 std::string command_words(const ExperimentArgument& argument, const std::string& data);
 
 }  // namespace nlo::trainer

@@ -123,7 +123,7 @@ std::string clock_lines(const GuessedClock& clock) {
 std::string filter_text(const GuessedLog& log) {
   const bool derived =
       std::ranges::any_of(log.columns, [](const GuessedColumn& c) { return !c.derivative_of.empty(); });
-  constexpr double kUsual_hz = 25.0, kShare = 0.2;  // of the rate of samples
+  constexpr double kUsual_hz = 25.0, kShare = 0.2;  // share of the rate of samples
   if (!derived || log.clock.period_s == 0.0 || kShare / log.clock.period_s >= kUsual_hz) return "";
   return "\n[log.velocity_filter]\n" + key_line("cutoff_hz", significant(kShare / log.clock.period_s, 2),
                                                 "of the rates that are computed from the log");

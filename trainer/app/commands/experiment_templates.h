@@ -14,9 +14,9 @@ namespace nlo::trainer {
 ///   file  where it is written, for its comments
 std::string plant_template(const std::string& name, const std::string& file);
 
-/// What was guessed of logs, with why.
-///   command  that made it
-///   train    the command to go on with
+/// The text of an experiment from guesses about logs, with their reasons.
+///   command  the command that made it
+///   train    the command to continue with
 std::string log_template(const GuessedLog& log, const std::string& name, const std::string& command,
                          const std::string& train);
 

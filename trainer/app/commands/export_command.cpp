@@ -35,7 +35,7 @@ struct ExportArguments {
   bool check = false, quiet = false;
 };
 
-/// What the user is told of an export beside its file, and why it is refused (empty: it is not).
+/// The text for the user about an export, and the reason for a refusal (empty: none).
 struct Judged {
   std::string tables, refusal;
 };
@@ -95,7 +95,7 @@ void run_export(const ExportArguments& arguments) {
         fmt::format("-o -: target {} writes several files, and stdout is one; name where they go", target.name));
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output, true);
   const codegen::Model model = codegen::read_model(arguments.model);
-  const bool has_tiers = !target.of_c99;  // of tanh; C99 has the most accurate
+  const bool has_tiers = !target.of_c99;  // accuracies of tanh; C99 has only the best
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a model's provenance says of inputs, which the report and the exported header show: those that its observer is
-// not given, and how old each must be when it is given in flight.
+// Facts about inputs in a model's provenance, for the report and the exported header: the inputs that its observer is
+// not given, and how old each must be in flight.
 #pragma once
 
 #include <string>

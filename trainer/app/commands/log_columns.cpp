@@ -121,7 +121,7 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
   }
 }
 
-/// What the model computes, of whatever columns its parts are.
+/// Adds the outputs that the model computes, from any columns.
 void add_computed(const codegen::Model& model, LogConfig& log) {
   for (const codegen::Channel& output : model.outputs) {
     if (output.expression.empty()) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an observer costs as a C++ header in float.
+// The cost of an observer as a C++ header in float.
 #pragma once
 
 #include "codegen/model/model.h"

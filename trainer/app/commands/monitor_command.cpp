@@ -175,10 +175,10 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
 
 constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
-constexpr double kMostSamples = 4e6;  // of the runs that limits are set on
+constexpr double kMostSamples = 4e6;  // samples of the runs for the limits
 constexpr int kFewestLimitRuns = 30;  // slow plants: 210 time constants in all
 constexpr int kChunk = 64;            // runs in memory together
-constexpr int kTrialRuns = 24;        // that the gate is tried on
+constexpr int kTrialRuns = 24;        // runs on which the gate is tried
 constexpr Eigen::Index kMostTrialSamples = 20000;
 constexpr std::uint64_t kTrialSeed = 0x67617465ULL;
 constexpr std::uint64_t kFitSeed = 0x6d6f6e69ULL, kCleanSeed = kFitSeed + 1, kLimitSeed = kFitSeed + 1000;
@@ -318,7 +318,7 @@ void run_monitor(MonitorArguments arguments) {
 
   PatientProgress progress;
   run_phase([&] {
-    constexpr double kLimitsShare = 0.6;  // of the work
+    constexpr double kLimitsShare = 0.6;  // share of the work
     LogSplits splits;
     if (experiment.log) splits = load_log_splits(*experiment.log, arguments.data, mirrored_channels(experiment));
     model.monitor.reset();

@@ -35,7 +35,7 @@ struct NewArguments {
   bool force = false;
 };
 
-/// What the experiment is called: its file, as an identifier.
+/// Name of the experiment: the file's name as an identifier.
 std::string name_of(const std::string& output) {
   if (is_stdout(output)) return "my_experiment";
   std::string name = fs::path(output).stem().string();
@@ -60,7 +60,7 @@ std::string log_command(const NewArguments& arguments) {
   return command;
 }
 
-/// What was guessed, column by column.
+/// Table of the guesses, column by column.
 std::string table_of(const GuessedLog& log) {
   Table table{{"column", "role", "unit", "from", "to"}};
   std::vector<std::string> why;
@@ -94,7 +94,7 @@ std::string clock_text(const GuessedClock& clock) {
                      significant(clock.period_s), evenness_text(clock));
 }
 
-/// What products of channels say on the training logs, where the roles that were guessed can be read.
+/// Returns products of channels that help on the training logs, if the guessed roles can be read.
 std::vector<FoundProduct> products_of(const std::string& text, const GuessedLog& log) {
   if (!log.undecided().empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0) return {};
   try {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where a command writes: checked before anything is computed, created only when there is something to write.
+// The output directory of a command. It is checked before anything is computed and created only when there is
+// something to write.
 #pragma once
 
 #include <string>

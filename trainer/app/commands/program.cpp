@@ -174,7 +174,7 @@ int run_program(int argc, char** argv, const char* name, const char* description
   end_where_memory_ends();
   try {
     CLI::App app(description, name);
-    app.formatter(std::make_shared<HelpFormatter>(help_width()));  // of its commands too
+    app.formatter(std::make_shared<HelpFormatter>(help_width()));  // for its commands, too
     Action action;
     add(app, action);
     const int code = parse_and_act(app, action, argc, argv);

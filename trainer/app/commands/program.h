@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `nlo`, `nlo-prove` and `nlo-reproduce` have in common: help, errors and exit codes (command.h).
+// Help, errors and exit codes (command.h) of `nlo`, `nlo-prove` and `nlo-reproduce`.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an experiment trains on, is chosen by and is judged by.
+// The data of a run: for training, for the choice of the model and for the final test.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ namespace nlo::trainer {
 
 struct RunData {
   Dataset training, validation;
-  ReportedLogs judged;  ///< of logs; a plant is tested on new trajectories
-  LogReport clock;      ///< of logs
+  ReportedLogs judged;  ///< test logs; a plant is tested on new trajectories
+  LogReport clock;      ///< report of the logs' clock
   TrainingLogs remembered = {};
-  std::vector<std::string> warnings = {};  ///< of simulated runs
+  std::vector<std::string> warnings = {};  ///< warnings about simulated runs
 };
 
-/// Of an experiment with a [plant].
+/// Simulates the data of an experiment with a [plant].
 RunData simulated_data(const Experiment& experiment);
 
-/// Of an experiment with a [log], whose files are below `directory`. Unless `quiet`, what is worth knowing of them goes
-/// to stderr. Throws codegen::Error.
+/// Loads the data of an experiment with a [log] from files below `directory`. Unless `quiet`, prints notes to stderr.
+/// Throws codegen::Error.
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet);
 
 /// An experiment on its way from a draft to a training, with its data.
@@ -37,8 +37,8 @@ struct PreparedRun {
   bool derived = false;  ///< a recipe completes it
 };
 
-/// Loads the logs of a draft; a plant, which takes longer, is not simulated yet. Unless `quiet`, what is worth knowing
-/// of the logs goes to stderr. Throws codegen::Error.
+/// Loads the logs of a draft. A plant is not simulated yet, because this takes longer. Unless `quiet`, prints notes to
+/// stderr. Throws codegen::Error.
 PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory, bool quiet);
 
 /// Hash of the logs of read_logs(); 0 of a plant, whose runs follow from the experiment.

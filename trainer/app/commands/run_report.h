@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run came to: the strict test on its plant, or its test logs; printed, and as report.html.
+// The result of a run: the strict test on its plant, or its test logs; printed, and as report.html.
 #pragma once
 
 #include <optional>
@@ -17,11 +17,11 @@
 namespace nlo::trainer {
 
 struct RunReport {
-  std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
-  std::optional<LogEvaluation> logs;                 ///< of the test logs
+  std::vector<std::vector<Evaluation>> evaluations;  ///< for a plant: per noise, the observer first
+  std::optional<LogEvaluation> logs;                 ///< result on the test logs
   std::optional<LogReport> log_clock;
-  Readout readout = {};                          ///< what each state reads
-  std::size_t groups = 0;                        ///< of logs, left out of trainings, that chose it
+  Readout readout = {};                          ///< readout of each state
+  std::size_t groups = 0;                        ///< groups of logs, left out of trainings, that chose it
   std::vector<std::string> derived_states = {};  ///< whose truth is the slope of another column
   std::string warning = {};                      ///< why not to trust this model: its training diverged or got nowhere
 };
@@ -29,8 +29,7 @@ struct RunReport {
 /// A plant: `test`; without conditions in it, no noise and that of the training.
 RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StudyTest test);
 
-/// What a model of logs is judged by: the test split; without one the validation split, without that the training
-/// split.
+/// The logs that judge a model: the test split; without one the validation split, without that the training split.
 struct ReportedLogs {
   Dataset logs;
   std::string split;  ///< "test", "validation" or "training"

@@ -16,15 +16,15 @@ namespace nlo::trainer {
 /// An experiment whose logs are split for a search, and what comes of them.
 struct SearchTask {
   Experiment experiment;  ///< as it stands; with logs: those held out are its validation_files
-  RunData data;           ///< of it
+  RunData data;           ///< data of the experiment
   std::string held_out;   ///< logs that were taken from training to choose by; empty: none
 };
 
-/// Where the experiment names no validation_files, every fourth of its training logs is held out. Throws codegen::Error
-/// where there is but one, and for what --auto does not search: rounds of [feedback].
+/// Makes the task. If the experiment names no validation_files, every fourth of its training logs is held out. Throws
+/// codegen::Error if there is only one log, and for rounds of [feedback], which --auto does not search.
 SearchTask search_task(Experiment experiment, const std::string& data_directory);
 
-/// What a candidate trains on, which is the task's own unless a transient of its own length is cut off.
+/// Training data of a candidate: the task's own, unless a transient of the candidate's length is cut off.
 class CandidateData {
  public:
   CandidateData(const SearchTask& task, const Experiment& candidate);
@@ -36,8 +36,7 @@ class CandidateData {
   std::optional<RunData> own_;
 };
 
-/// What candidates are judged by: whole runs from the first sample, as they fly, that neither training nor any test has
-/// seen.
+/// Judges candidates on whole runs from the first sample, as in flight, that neither training nor any test has seen.
 class SearchJudge {
  public:
   /// `validation`: of an experiment with logs; one with a plant gets runs of its own.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the jobs of a sweep have left in their folders, judged as nlo evaluate judges.
+// Results of the jobs of a sweep in their folders, judged as by nlo evaluate.
 #pragma once
 
 #include <functional>

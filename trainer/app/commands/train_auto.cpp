@@ -38,7 +38,7 @@ Experiment completed(const DraftExperiment& draft, const TrainArguments& argumen
   return run.experiment;
 }
 
-/// What was found, on the logs as the user splits them.
+/// The experiment that the search found, on the logs as the user splits them.
 Experiment found_experiment(const SearchRecord& record, const Experiment& given) {
   const Trial& chosen = record.chosen();
   Experiment found = parse_experiment(record.candidates[chosen.candidate].experiment, "auto.json");

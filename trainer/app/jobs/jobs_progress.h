@@ -12,9 +12,9 @@
 
 namespace nlo::trainer {
 
-/// What there is to know at one moment.
+/// The state of all jobs at one moment.
 struct JobsState {
-  double share = 0.0;  ///< of the work, in [0, 1]
+  double share = 0.0;  ///< finished share of the work, in [0, 1]
   int models_done = 0, models = 0;
   std::string doing;
   double elapsed_s = 0.0, left_s = 0.0;
@@ -23,7 +23,7 @@ struct JobsState {
 /// Bar, share, models, time left and what is being done, in at most `columns` terminal columns.
 std::string jobs_bar_line(const JobsState& state, std::size_t columns, bool utf8);
 
-/// The same in words, for a log.
+/// Describes the state in words, for a log.
 std::string jobs_log_line(const JobsState& state);
 
 class JobsProgress {

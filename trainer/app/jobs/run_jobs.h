@@ -22,12 +22,12 @@ enum class JobEnd {
   kStopped  ///< `stop` was set: what it keeps is saved
 };
 
-/// What a job is told.
+/// Arguments of a job.
 struct JobContext {
   std::string name;
-  int threads = 1;                             ///< that it may use, which does not change its result; 0: all cores
-  const std::atomic<bool>* stop = nullptr;     ///< when true: save, and end as stopped
-  std::function<void(double share)> progress;  ///< of this job, in [0, 1]
+  int threads = 1;                          ///< threads that it may use; 0: all cores; the result does not depend on it
+  const std::atomic<bool>* stop = nullptr;  ///< when true: save, and end as stopped
+  std::function<void(double share)> progress;  ///< reports the progress of this job, in [0, 1]
 };
 
 struct Job {

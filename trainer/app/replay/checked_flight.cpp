@@ -80,7 +80,7 @@ void check_bits(const PreparedExport& prepared, const MatrixXd& answers, const M
     }
 }
 
-/// The same observer in the other language, where both have these numbers.
+/// Returns the observer in the other language, if both languages have these numbers.
 std::optional<CompiledText> other_language(const PreparedExport& prepared, const GeneratedObserver& observer) {
   const codegen::ExportOptions& options = prepared.options();
   if (options.weights != codegen::WeightType::kFull || options.tanh != Activation::kTanh) return std::nullopt;

@@ -10,11 +10,11 @@
 
 namespace nlo::trainer {
 
-/// Where a flight and its replay part.
+/// The first difference between a flight and its replay.
 struct FlightDifference {
   Eigen::Index row = 0;
   const LoggedColumn* column = nullptr;
-  Eigen::Index rows = 0;  ///< that differ in any column
+  Eigen::Index rows = 0;  ///< rows that differ in any column
 };
 
 class FlightComparison {

@@ -24,12 +24,12 @@ struct LoggedColumn {
 enum Answer : Eigen::Index { kAnswerStatus, kAnswerInDomain, kAnswerEstimate };
 /// Rows of what is given; outputs and inputs follow.
 enum Given : Eigen::Index { kGivenCommand, kGivenDt, kGivenReading };
-/// What a call does: bits of the row kGivenCommand.
+/// The action of a call: bits of the row kGivenCommand.
 inline constexpr double kStep = 0, kStepOverDt = 1, kReset = 2, kWarmStart = 4;
 
 struct FlightLog {
   std::string file;
-  std::vector<int> lines;              ///< of the file, a row each
+  std::vector<int> lines;              ///< line in the file for each row
   Eigen::MatrixXd given;               ///< (2 + outputs + inputs) x N, a column for each call
   std::vector<LoggedColumn> readings;  ///< outputs, then inputs
   std::vector<LoggedColumn> answers;   ///< estimates first, then status and in_domain where they were logged
@@ -43,7 +43,7 @@ struct FlightLog {
 FlightLog read_flight(const std::string& file, const codegen::Model& model, std::size_t scalar_bytes,
                       const std::vector<std::pair<std::string, std::string>>& headings);
 
-/// What a status is called in a log, and its number; "?" where there is none.
+/// Name of a status in a log and its number; "?" for an unknown one.
 std::string status_word(double status);
 
 }  // namespace nlo::trainer

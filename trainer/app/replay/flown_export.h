@@ -30,13 +30,13 @@ struct CompiledText {
 
 class FlownExport {
  public:
-  /// The same of an export that is there. `prepared`: named as the observer is.
+  /// Compiles an existing export. `prepared` has the name of the observer.
   FlownExport(const codegen::PreparedExport& prepared, const CompiledText& text);
 
   /// Throws codegen::Error when the model has no such export, or nothing here compiles it.
   FlownExport(const codegen::Model& model, const Flown& flown);
 
-  /// What it answers to `given` (flight_log.h), from its start: a column for each call.
+  /// Runs the export from its start over `given` (flight_log.h). Returns a column for each call.
   Eigen::MatrixXd run(const Eigen::MatrixXd& given) const;
 
   bool single() const { return single_; }            ///< its numbers are floats

@@ -26,7 +26,7 @@ bool any_finite(const Eigen::VectorXd& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-/// Of those that know what an observer does not, what.
+/// Describes the knowledge of an estimator that an observer lacks.
 std::string filter_in_words(const std::string& estimator) {
   const EstimatorWords* words = estimator_words(estimator);
   return words == nullptr || !words->knows_plant
@@ -114,7 +114,7 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
   double low = 1e300, high = 0.0;
   std::vector<std::string> dashed;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    std::size_t colour = g;  // of the observer and its first alternative
+    std::size_t colour = g;  // colour of the observer and its first alternative
     for (const Evaluation& evaluation : groups[g]) {
       if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;  // lines far above
       const bool ours = &evaluation == &groups[g].front();
@@ -152,7 +152,7 @@ Figure latency_figure(const ControlLoopResult& result) {
   double highest = 1.0;
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& bucket = result.histogram[static_cast<std::size_t>(i)];
-    constexpr double kGrowth = 1.25;  // of the buckets' limits
+    constexpr double kGrowth = 1.25;  // factor between the buckets' limits
     const double lower = bucket.below_ns / kGrowth;
     x[i] = 0.5 * (lower + bucket.below_ns);
     width[i] = 0.96 * (bucket.below_ns - lower);

@@ -37,7 +37,7 @@ struct Series {
 
 /// Values over a grid of points, as colours on one scale.
 struct HeatMap {
-  std::string label;         ///< of the colour scale, with its unit
+  std::string label;         ///< label of the colour scale, with its unit
   Eigen::VectorXd x, y;      ///< centres of the cells, evenly spaced
   Eigen::MatrixXd values;    ///< y.size() x x.size(); a cell that is not finite is left out
   double low = 0, high = 1;  ///< ends of the scale: share them between panels that are to be compared
@@ -75,7 +75,7 @@ struct Figure {
   int width = 860, panel_height = 230;
   bool side_by_side = false;  ///< all panels in one row
   std::vector<Panel> panels;
-  int columns = 1;             ///< of the grid, unless side_by_side
+  int columns = 1;             ///< columns of the grid, unless side_by_side
   bool common_legend = false;  ///< one legend above all panels, which stand on a regular grid
 };
 
@@ -84,11 +84,11 @@ struct Drawing {
   std::string failure;            ///< why there are none; empty on success
 };
 
-/// What the figure shows, in a line: "x1, error over time [s]: truth, estimate".
+/// Describes the figure in a line: "x1, error over time [s]: truth, estimate".
 std::string figure_label(const Figure& figure);
 
-/// Draws all figures with one run of `program` in a temporary directory that is removed afterwards. Never throws for
-/// what gnuplot does: a missing program, a crash, 60 s without an end are a `failure`.
+/// Draws all figures with one run of `program` in a temporary directory that is removed afterwards. Problems
+/// of gnuplot do not throw: a missing program, a crash or 60 s without an end are a `failure`.
 Drawing draw(const std::vector<Figure>& figures, const std::string& program = "gnuplot");
 
 /// `text` as a gnuplot string literal that can hold no command, substitution or line break.

@@ -35,7 +35,7 @@ double tic_step(double range, double tics) {
   return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
 }
 
-/// Where a linear axis with given ends has its tics: y_tics of them, about.
+/// Distance of the tics of a linear axis with given ends, for about y_tics tics.
 double tic_step(const Panel& panel) {
   return tic_step(panel.y_high - panel.y_low, panel.y_tics);
 }
@@ -139,7 +139,7 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
 /// each panel makes room for its own labels.
 std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
   constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 72, kColumnGap = 48, kRowGap = 40;  // pixels
-  constexpr double kScale = 84;  // of a heat map, with its numbers
+  constexpr double kScale = 84;  // width of a heat map's scale, with its numbers
   const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
   if (!figure.common_legend && !maps) return "";
   const double width = figure.width, height = static_cast<double>(figure.panel_height) * static_cast<double>(rows);

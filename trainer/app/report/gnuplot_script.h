@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// The commands that draw `figure` into NUMBER.svg; its data go to files in `directory`. `written` turns false when one
+/// The commands that draw `figure` into NUMBER.svg; its data go to files in `directory`. `written` becomes false if one
 /// of them cannot be written.
 std::string figure_script(const Figure& figure, std::size_t number, const std::filesystem::path& directory,
                           bool& written);

@@ -62,7 +62,7 @@ pre { background: var(--card); padding: .8rem 1rem; border-radius: .5rem; overfl
                .tile, pre, tr.ours td, tr.ours th { background: none; border: 1px solid #d9dde2; } }
 )css";
 
-/// What follows a line break stands below, small.
+/// Puts the text after a line break below, in small letters.
 std::string two_lines(const std::string& cell) {
   const auto at = cell.find('\n');
   if (at == std::string::npos) return escaped(cell);
@@ -72,7 +72,7 @@ std::string two_lines(const std::string& cell) {
 }  // namespace
 
 std::string escaped(std::string_view text) {
-  return codegen::xml_escaped(printable(text));  // what is not printable no page may hold either
+  return codegen::xml_escaped(printable(text));  // a page must not contain unprintable characters either
 }
 
 std::string html_table(const Table& table) {

@@ -23,7 +23,7 @@ std::string html_table(const Table& table);
 /// A paragraph that stands out: something is missing or needs attention.
 std::string note(const std::string& text);
 
-/// The same in red: do not trust what follows.
+/// A note in red: do not trust this result.
 std::string alarm(const std::string& text);
 
 /// A whole document around `body`, with its style sheet: light and dark, screen and paper.

@@ -36,7 +36,7 @@ Series series_of(const std::string& title, Series::Style style, int colour, cons
   return series;
 }
 
-/// What error is to be had for a cost: down at each point of the front, level between them.
+/// The least error for each cost: it falls at each point of the front and is constant between them.
 std::vector<Place> staircase(std::vector<Place> front) {
   std::sort(front.begin(), front.end(), [](const Place& a, const Place& b) { return a.cost < b.cost; });
   std::vector<Place> steps;

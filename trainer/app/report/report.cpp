@@ -26,7 +26,7 @@ bool any(const std::vector<std::vector<Evaluation>>& groups, const Holds& holds)
   return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
 }
 
-/// What the columns and the rows of the table mean: those that it has.
+/// Explains the columns and the rows of the table.
 std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups) {
   std::string text =
       "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "

@@ -26,8 +26,8 @@ struct ReportData {
   std::optional<LogEvaluation> logs;
   std::optional<LogReport> log_clock;
   std::optional<ControlLoopResult> control_loop;
-  std::vector<Channel> inputs = {};              ///< of the model
-  std::vector<std::string> derived_states = {};  ///< of the logs: their truth is the slope of another column
+  std::vector<Channel> inputs = {};              ///< inputs of the model
+  std::vector<std::string> derived_states = {};  ///< states of the logs whose truth is the slope of another column
 };
 
 /// Facts of the model, and of the run that lies in `directory`: its metrics.csv, and its control_loop.json when that is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run came to in a few sentences and numbers: the top of its page.
+// The result of a run in a few sentences and numbers: the top of its page.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// metrics.csv of a training run, read back for plotting.
-// What examples/control_loop wrote with --json: a run of the exported observer in a periodic thread.
+// Files that a report reads: metrics.csv of a training run, and the JSON file of examples/control_loop, a run of the
+// exported observer in a periodic thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,8 @@ struct TrainingCurves {
   std::vector<Eigen::VectorXcd> eigenvalues;  ///< one curve per eigenvalue; a pair is one
 };
 
-/// Columns by their headings, in any order; unknown ones are passed over. Throws codegen::Error naming `name`, line and
-/// what is wrong: no "step" column, a ragged row, a cell that is no number.
+/// Reads columns by their headings, in any order; unknown ones are ignored. Throws codegen::Error with `name`, line and
+/// reason: no "step" column, a ragged row, a cell that is no number.
 TrainingCurves parse_training_curves(std::string_view csv, const std::string& name);
 
 TrainingCurves read_training_curves(const std::string& path);
@@ -36,7 +36,7 @@ struct ControlLoopResult {
   double rms_error = 0.0, settled_rms_error = 0.0;
   bool real_time_priority = false, memory_locked = false;
   Quantiles step_and_estimate, wake_up_lateness;
-  std::vector<Bucket> histogram;  ///< of step + estimate, rising
+  std::vector<Bucket> histogram;  ///< times of step + estimate, rising
 };
 
 /// Throws codegen::Error naming `name` and the field that is missing or of the wrong kind.

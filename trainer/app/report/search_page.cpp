@@ -77,7 +77,7 @@ std::string search_page(const SearchStory& story, const std::string& gnuplot) {
   page.figure(races(story.record));
   page.heading("What was tried");
   Table table = search_table(story);
-  table.headings.front() = table.headings.back();  // what names a row comes first
+  table.headings.front() = table.headings.back();  // the name of a row comes first
   table.headings.pop_back();
   for (auto& row : table.rows) {
     row.front() = row.back() + (row.front().empty() ? "" : " (chosen)");

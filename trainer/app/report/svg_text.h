@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What gnuplot writes as SVG, made small and fit for a page.
+// Shortens gnuplot's SVG for use in a page.
 #pragma once
 
 #include <string>

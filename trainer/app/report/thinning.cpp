@@ -38,7 +38,7 @@ class Piece {
   Piece(const VectorXd& x, const VectorXd& y, PixelScale scale, std::vector<Index> points)
       : x_(x), y_(y), scale_(scale), points_(std::move(points)), needed_(points_.size(), false) {}
 
-  /// Those of the points that are needed.
+  /// Returns the points that are needed.
   std::vector<Index> simplified() {
     const auto above = [this](Index a, Index b) { return y_[a] < y_[b]; };
     const auto [low, high] = std::minmax_element(points_.begin(), points_.end(), above);

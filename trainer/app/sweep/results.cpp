@@ -161,7 +161,7 @@ std::string sweep_text(const std::vector<SweepJob>& jobs, const std::vector<JobR
   }
   std::string text = fmt::format("{} jobs: {}\n\n", jobs.size(), counts);
   constexpr const char* kRow =
-      "  {:>8} {:>9} {:>14} {:>14} {:>6} {:>6}  {:1} {}\n";  // what is varied may be long: last
+      "  {:>8} {:>9} {:>14} {:>14} {:>6} {:>6}  {:1} {}\n";  // last, because the varied settings may be long
   text += fmt::format(kRow, "error", "+-", "multiply-adds", "flash [bytes]", "ns", "done", "", "");
   for (const PointResult& point : points)
     text += fmt::format(

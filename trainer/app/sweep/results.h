@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What came of the jobs of a plan: a row for each job, a line for each point over its seeds, and the points that no
-// other one beats in error and cost at once.
+// Results of the jobs of a plan: a row for each job, a line for each point over its seeds, and the points that no other
+// point beats in both error and cost.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,11 +22,11 @@ enum class JobStatus {
 
 std::string to_text(JobStatus status);
 
-/// What an observer costs as a C++ header in float.
+/// The cost of an observer as a C++ header in float.
 struct JobCost {
-  Eigen::Index multiply_adds = 0;  ///< of a step and an estimate
-  Eigen::Index flash_bytes = 0;    ///< of constants
-  std::optional<double> ns = {};   ///< of a step and an estimate here, where it was measured
+  Eigen::Index multiply_adds = 0;  ///< multiply-adds of a step and an estimate
+  Eigen::Index flash_bytes = 0;    ///< flash of constants
+  std::optional<double> ns = {};   ///< time of a step and an estimate on this machine, if measured
 };
 
 /// One of the costs: an axis of the picture.
@@ -38,7 +38,7 @@ std::optional<double> ns_of(const JobCost& cost);
 struct JobResult {
   JobStatus status = JobStatus::kMissing;
   std::string message = {};                     ///< why it failed
-  std::optional<double> validation_error = {};  ///< that chose the model, under the training's noise
+  std::optional<double> validation_error = {};  ///< error that chose the model, under the training's noise
   std::optional<double> error = {};             ///< on test runs, or on test logs
   std::optional<JobCost> cost = {};
 };

@@ -84,7 +84,7 @@ Difference difference(const Experiment& base, const Experiment& other) {
         (found == before.end() && key.starts_with("dynamics.")))
       continue;
     result.full += fmt::format("{}{} = {}", result.full.empty() ? "" : ", ", key, value);
-    // What a structure brings along is known by its name.
+    // Settings that belong to a structure are implied by its name.
     if (key.starts_with("training.") && key != "training.learning_rate") continue;
     const std::string space = result.title.empty() ? "" : " ";
     if (key == "observer.structure")
@@ -117,7 +117,7 @@ std::vector<Rung> halving_rungs(std::size_t candidates, double seconds) {
 
 std::size_t candidates_for(double seconds, double setup_s) {
   constexpr std::size_t kFewest = 4, kMost = 64;
-  const double shortest = std::max(2.0, 3.0 * setup_s);  // of a training that says something about longer ones [s]
+  const double shortest = std::max(2.0, 3.0 * setup_s);  // time of a training that predicts longer ones [s]
   std::size_t candidates = kFewest;
   while (candidates < kMost && halving_rungs(candidates + 1, seconds).front().seconds >= shortest) ++candidates;
   return candidates;

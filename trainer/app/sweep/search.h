@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What nlo train --auto tries: experiments about a given one, with other structures, eigenvalues or units, widths and
-// learning rates.
-// Successive halving (Jamieson and Talwalkar 2016): many trainings begin short; the best quarter is trained four times
-// as long; and so on. Rungs take the same time each.
+// The candidates of nlo train --auto: variants of a given experiment with other structures, eigenvalues or units,
+// widths and learning rates. Successive halving (Jamieson and Talwalkar 2016): many trainings are short at first; the
+// best quarter is trained four times as long; and so on. Rungs take the same time each.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +22,7 @@ std::optional<Experiment> drawn_experiment(const Experiment& base, double sample
 /// The keys in which an experiment is not as another one, without those of training's length, which a search sets.
 struct Difference {
   std::string full;   ///< "observer.units = 24, training.learning_rate = 0.003"; empty: none
-  std::string title;  ///< what tells candidates apart: "gated units=24 learning_rate=0.003"
+  std::string title;  ///< differences between candidates: "gated units=24 learning_rate=0.003"
 };
 Difference difference(const Experiment& base, const Experiment& other);
 
@@ -32,7 +31,7 @@ void set_steps(Experiment& experiment, int steps);
 
 struct Rung {
   std::size_t candidates = 0;
-  double seconds = 0.0;  ///< of the training of each
+  double seconds = 0.0;  ///< time of the training of each
 };
 
 inline constexpr std::size_t kKeptPart = 4;  ///< one in so many goes on, two at least
@@ -41,11 +40,11 @@ inline constexpr std::size_t kKeptPart = 4;  ///< one in so many goes on, two at
 /// the winner, for its model. `candidates` > 0, `seconds` > 0.
 std::vector<Rung> halving_rungs(std::size_t candidates, double seconds);
 
-/// As many candidates as get two seconds in the first rung, or three times what a training needs before its first step
-/// where that is more, 4 to 64.
+/// Returns a number of candidates, 4 to 64, such that each gets two seconds in the first rung, or three times the setup
+/// time of a training if that is more.
 std::size_t candidates_for(double seconds, double setup_s);
 
-/// What is measured of a training before it is begun.
+/// Speed of a training, measured before the search.
 struct TrainingPace {
   double setup_s = 0.0, steps_per_s = 0.0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a search has tried so far, as a file: an interrupted one goes on from it, and its page is made from it.
+// The trials of a search as a file. An interrupted search continues from it, and its page is made from it.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +17,9 @@ struct Candidate {
   std::string experiment;    ///< TOML
   std::string difference;    ///< Difference::full from the experiment as it stands; empty: that one
   std::string title;         ///< Difference::title
-  JobCost cost;              ///< of its export in float
-  double setup_s = 0.0;      ///< what a training of it takes here before and after its steps
-  double steps_per_s = 0.0;  ///< of its training here, as last measured
+  JobCost cost;              ///< cost of its export in float
+  double setup_s = 0.0;      ///< time of a training before and after its steps on this machine
+  double steps_per_s = 0.0;  ///< speed of its training on this machine, as last measured
 };
 
 /// One training of a candidate.
@@ -33,15 +33,16 @@ struct Trial {
 struct SearchRecord {
   std::uint64_t identity = 0;  ///< hash of the experiment, its data and the budget
   double seconds = 0.0;        ///< for trainings, after candidates were looked for
-  double by_hand_s = 0.0;      ///< what the experiment as it stands takes in full; 0: it is no candidate
+  double by_hand_s = 0.0;      ///< full training time of the given experiment; 0: it is no candidate
   std::vector<Candidate> candidates;
-  std::vector<std::vector<Trial>> rungs;  ///< that were begun
+  std::vector<std::vector<Trial>> rungs;  ///< rungs that were begun
 
   /// The experiment as it stands is trained in full at last, unless that takes more than half of the time.
   bool by_hand_fits() const { return by_hand_s > 0.0 && by_hand_s <= 0.5 * seconds; }
 
-  /// Of the last rung the least error: the experiment as it stands, unless another is better by more than 2 %, within
-  /// which a seed may change the order. Throws codegen::Error where no training of the rung has an error.
+  /// Returns the trial with the least error in the last rung. The given experiment wins unless another one is better by
+  /// more than 2 %, because a seed may change the order within 2 %. Throws codegen::Error if no training of the rung
+  /// has an error.
   const Trial& chosen() const;
 
   /// The last trial of a candidate that is done; null: none.

@@ -103,7 +103,7 @@ std::vector<std::string> search_findings(const SearchStory& story) {
 std::string search_text(const SearchStory& story) {
   constexpr std::size_t kShown = 8;
   const Table table = search_table(story);
-  const auto line = [](const std::vector<std::string>& cells) {  // what is varied may be long: last
+  const auto line = [](const std::vector<std::string>& cells) {  // last, because the varied settings may be long
     return fmt::format("  {:1} {:>8} {:>7} {:>5} {:>14} {:>14}  {}\n", cells[0], cells[1], cells[2], cells[3], cells[4],
                        cells[5], cells[6]);
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a search has tried, for people.
+// The trials of a search in words for people.
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ struct SearchStory {
   SearchRecord record;
 };
 
-/// What a candidate varies, for people.
+/// Describes the settings that a candidate varies, for people.
 std::string title_of(const Candidate& candidate);
 
 /// The farther a candidate came the higher, then by error; the one chosen has a star.
 Table search_table(const SearchStory& story);
 
-/// What was chosen and what it is beside the experiment as it stands; then what to know of the search. Sentences.
+/// Describes the choice beside the given experiment, then the search, in sentences.
 std::vector<std::string> search_findings(const SearchStory& story);
 
 /// For a terminal: the last rungs and the findings.

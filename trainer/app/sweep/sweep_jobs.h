@@ -15,8 +15,8 @@ struct SweepJob {
   SweepPoint values;
   std::optional<unsigned long long> seed;
   std::size_t point = 0;  ///< its place among the points of the plan: jobs of one point differ in their seed alone
-  /// Of its folder: what is varied, for people, and a hash of it. It depends on the point and the seed alone, so that a
-  /// plan that grows keeps its folders.
+  /// Name of its folder: the varied settings, for people, and a hash of them. It depends on the point and the seed
+  /// alone, so that a plan that grows keeps its folders.
   std::string name;
 
   std::vector<std::string> assignments() const;  ///< KEY=VALUE, as --set takes them
@@ -25,10 +25,10 @@ struct SweepJob {
 /// By point, then by seed.
 std::vector<SweepJob> jobs_of(const SweepPlan& plan);
 
-/// Where a job finds things, seen from where it is run.
+/// Paths for a job, relative to the directory where it runs.
 struct SweepPlaces {
-  std::string experiment, data, folder;  ///< of all jobs; `data` may be empty
-  std::optional<int> threads;            ///< of each job
+  std::string experiment, data, folder;  ///< for all jobs; `data` may be empty
+  std::optional<int> threads;            ///< threads of each job
 };
 
 /// nlo train EXPERIMENT --set KEY=VALUE ... --seed N -o FOLDER/NAME --resume -q, quoted for a shell. Throws

@@ -92,7 +92,7 @@ std::string progress_bar_line(const TrainProgress& progress, std::size_t columns
                                                           : fmt::format("  {} {}", utf8 ? "λ" : "eigenvalues",
                                                                         eigenvalues_text(progress.eigenvalues, utf8));
 
-  // What stands after the bar, from the fullest to the barest version; the first that leaves room for a bar is shown.
+  // Texts after the bar, from the longest to the shortest. The first that leaves room for a bar is shown.
   const std::string versions[] = {count + errors + lambda + rate + left, count + errors + rate + left,
                                   count + errors + left, count + errors};
   const std::size_t brackets = utf8 ? 0 : 2;

@@ -17,7 +17,7 @@ namespace nlo::trainer {
 /// first when room is short, the rate next. Without `utf8` the text is ASCII.
 std::string progress_bar_line(const TrainProgress& progress, std::size_t columns, bool utf8);
 
-/// The same facts in words, for a log.
+/// Describes the progress in words, for a log.
 std::string progress_log_line(const TrainProgress& progress, bool utf8);
 
 /// "-0.26±0.92i, -1.3": a complex pair once, whether one or both of its members are listed.

@@ -170,7 +170,7 @@ FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit) {
     const char* unit;
   };
   constexpr auto kTurns = std::to_array<Turn>({{2.0 * std::numbers::pi, "rad"}, {360.0, "deg"}});
-  constexpr double kNear = 0.25, kRange = 0.02;  // of a turn
+  constexpr double kNear = 0.25, kRange = 0.02;  // share of a turn
   const double range = numbers.high() - numbers.low();
   for (const Turn& turn : kTurns) {
     if (!unit.empty() && unit != turn.unit) continue;

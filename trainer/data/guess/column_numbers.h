@@ -23,7 +23,7 @@ class ColumnNumbers {
                                 std::vector<std::string>& notes);
 
   bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
-  const std::string& first_cell() const { return first_cell_; }  ///< of what is no number
+  const std::string& first_cell() const { return first_cell_; }  ///< first cell that is no number
   /// Cells that seem to stand for no value, as the key `missing` has them, and where the first is; empty: none.
   const std::vector<std::string>& missing() const { return missing_; }
   const std::string& where_missing() const { return where_missing_; }
@@ -41,7 +41,7 @@ class ColumnNumbers {
   struct Steps {
     double median = 0.0, deviation = 0.0, duration = 0.0;  ///< deviation: from an even grid, in medians
   };
-  Steps steps() const;  ///< where it increases
+  Steps steps() const;  ///< steps where it increases
 
   const std::vector<Eigen::VectorXd>& files() const { return files_; }
 

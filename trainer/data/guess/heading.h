@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the heading of a column says: "height_m", "gyro x [rad/s]", "temp (degC)".
-// What words in headings say of a column: a clock, a command, a sensor, a truth.
+// Reads name and unit from the heading of a column: "height_m", "gyro x [rad/s]", "temp (degC)"; and its role from
+// words: a clock, a command, a sensor, a truth.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace nlo::trainer {
 struct Heading {
   std::string name;                ///< an identifier, lower case, without the unit: "gyro_x"
   std::string unit;                ///< as units are written here: "m", "rad/s", "degC"; empty: it names none
-  std::vector<std::string> words;  ///< of the name, lower case: "gyro", "x"; of "wheelSpeed": "wheel", "speed"
+  std::vector<std::string> words;  ///< words of the name, lower case: "gyro", "x"; for "wheelSpeed": "wheel", "speed"
 };
 
 /// A unit stands in brackets at the end, or is the last word behind an underscore; "_a", "_g", "_n", "_v", "_w", "_k"
@@ -25,8 +25,8 @@ Heading read_heading(const std::string& heading, const std::vector<std::string>&
 /// "time", "t", "stamp", "elapsed" ...
 bool is_time_word(const Heading& heading);
 
-/// What a stamp counts: its heading's unit, or what its steps look like (a log has from 1 to 10,000 rows a second;
-/// whole numbers are finer units).
+/// The unit of a stamp: its heading's unit, or one that fits its steps (a log has 1 to 10,000 rows a second; whole
+/// numbers are finer units).
 struct TimeUnit {
   std::string name;
   double seconds = 1.0;

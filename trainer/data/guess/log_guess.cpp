@@ -205,7 +205,7 @@ class Guess {
                                                      : fmt::format("did you mean \"{}\"?", nearest)));
   }
 
-  /// Where some columns are named as sensors and none as truth, the rest is truth; and the other way round.
+  /// If some columns are named as sensors and none as truth, the rest is truth; and the other way round.
   void decide_by_exclusion() {
     const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
     if (sensors == truth) return;
@@ -265,7 +265,7 @@ class Guess {
   std::vector<GuessedColumn> both_;
 };
 
-/// Of the columns that every file has, in the order of the first; others are noted.
+/// Keeps the columns that every file has, in the order of the first file; others are noted.
 void keep_common_headings(const std::vector<CsvTable>& tables, GuessedLog& log) {
   for (const CsvTable& table : tables)
     for (const std::string& heading : tables.front().headings())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the columns of a log may be: roles, units, wraps and the clock, from headings and numbers. A guess says why;
-// what the numbers cannot tell (which columns are truth that a system in flight would not have) stays undecided.
+// Guesses roles, units, wraps and the clock of a log's columns from headings and numbers. Each guess has a reason.
+// Roles that the numbers cannot show (truth that a system in flight would not have) stay undecided.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// What the user says, by headings or by the names that are made of them.
+/// Roles given by the user, by headings or by the names that are made from them.
 struct LogHints {
   std::vector<std::string> states, outputs, inputs;
   double period_s = 0.0;  ///< between rows, where no column is a time; 0: not said
@@ -33,7 +33,7 @@ struct GuessedClock {
   std::string heading, unit;  ///< empty: no column is a time
   double period_s = 0.0;      ///< median step; 0: not known
   double deviation = 0.0;     ///< largest distance of a stamp from an even grid, in periods
-  double duration_s = 0.0;    ///< of all files
+  double duration_s = 0.0;    ///< sum over all files
   std::string why;
 };
 

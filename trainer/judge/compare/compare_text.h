@@ -29,7 +29,7 @@ std::string condition_name(const Condition& condition);
 /// In how many conditions the first observer errs less than the EKF: one sentence; empty without an EKF.
 std::string comparison_summary(const Study& study);
 
-/// What was compared on what: one sentence.
+/// Describes the comparison and its conditions in one sentence.
 std::string comparison_conditions(const Study& study);
 
 /// In words: where the first observer is ahead of the tuned EKF and where not; what has no figure and why.

@@ -19,10 +19,10 @@ namespace nlo::trainer {
 struct ComparedRuns {
   Dataset set;                           ///< all runs, seed by seed: clean outputs and true states, as channels
   LaneRuns measured;                     ///< the plant's own outputs, as filters are given them
-  std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N: as observers are given them
+  std::vector<Eigen::MatrixXd> outputs;  ///< outputs of each run, n_y x N, as observers are given them
   PlantChannels channels;
   Eigen::Index plant_states = 0;  ///< n_x, before channels
-  Eigen::VectorXd state_scale;    ///< of the channels in norms: 1, or their deviations where units differ
+  Eigen::VectorXd state_scale;    ///< scale of the channels in norms: 1, or their deviations if units differ
 };
 
 /// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
@@ -43,7 +43,7 @@ LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
 /// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
 
-/// The same for estimates of the channels of run `index` (n x N), from sample `first` on.
+/// Mean squared error of estimates of run `index` (n x N), from sample `first` on.
 double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
                      Eigen::Index first = 0);
 

@@ -19,12 +19,12 @@ struct Condition {
   NoiseConfig noise = {};
   /// On one parameter of each run, the plant's in turn: a factor on all of them may cancel, as in g / l.
   double parameter_factor = 1.0;
-  std::vector<std::pair<std::string, double>> parameters = {};  ///< of the plant, by name
+  std::vector<std::pair<std::string, double>> parameters = {};  ///< parameters of the plant, by name
   std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; none
   double box_scale = 1.0;                  ///< initial states from the training box times this
   /// plant., simulation., excitation. or feedback.KEY=VALUE of what is tested on.
   std::vector<std::string> changes = {};
-  std::vector<std::string> inputs = {};  ///< what excites the plant, see parse_excitation; empty: its [excitation]
+  std::vector<std::string> inputs = {};  ///< excitation of the plant, see parse_excitation; empty: its [excitation]
   NoiseConfig input_noise = {};          ///< on the inputs that estimators are told; the plant has them without it
   std::string place = {};                ///< FILE:LINE
 
@@ -42,14 +42,14 @@ struct ConditionSet {
 /// Scales of a plant's channels, each a standard deviation.
 struct ChannelScales {
   Eigen::VectorXd outputs, states;  ///< over nominal runs
-  Eigen::VectorXd noise;            ///< of each output's sensor in training; 0: trained without noise
+  Eigen::VectorXd noise;            ///< noise of each output's sensor in training; 0: trained without noise
 };
 
 /// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
 ConditionSet parse_conditions(std::string_view text, const std::string& filename);
 ConditionSet read_conditions(const std::string& path);
 
-/// What is compared under without a file.
+/// The conditions that are used without a file.
 const ConditionSet& default_conditions();
 
 /// value times the nearest of 1, 2, 5, 10, ... to `factor`: scaled numbers stay round.

@@ -118,8 +118,8 @@ Index bank_state(const FilterContext& c) {
 
 // ---- The EKF that estimates parameters beside the states
 
-constexpr double kParameterDeviation = 0.2;  // of the nominal value: what a data sheet promises
-constexpr double kParameterDrift = 1e-4;     // of it, per step
+constexpr double kParameterDeviation = 0.2;  // relative to the nominal value, as in a data sheet
+constexpr double kParameterDrift = 1e-4;     // relative to it, per step
 constexpr double kFarParameter = 10.0;       // times it: the filter is lost
 
 std::string joint_unfit(const FilterContext& c) {

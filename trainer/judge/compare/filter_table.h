@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The filters that observers are compared with, one row each: how they are made, what of them is tuned,
-// what a step costs.
+// The filters that observers are compared with, one row each: how they are made, which of their values are tuned, and
+// the cost of a step.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,17 +17,17 @@
 
 namespace nlo::trainer {
 
-/// What all filters know of a plant under one condition: its nominal parameters and its own noise, where runs start in
-/// training, and the nominal variance of the sensors' noise. Not for two threads at once.
+/// Knowledge of all filters about a plant under one condition: its nominal parameters and process noise, the initial
+/// states of the training, and the nominal variance of the sensors' noise. Not for two threads at once.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
   std::vector<std::string> states;            ///< their names
   FilterKnowledge knowledge;                  ///< n_x
-  std::vector<std::string> joint_parameters;  ///< those that the conditions change
+  std::vector<std::string> joint_parameters;  ///< parameters that the conditions change
   Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
   double sample_period_s = 0.0;
-  Eigen::Index inputs = 0;  ///< that excite the plant
+  Eigen::Index inputs = 0;  ///< inputs that excite the plant
 };
 
 /// Samples that a moving horizon looks back.
@@ -37,21 +37,22 @@ inline constexpr Eigen::Index kHorizonSamples = 25;
 struct TunedFactor {
   std::string name;  ///< "Q", "Q of x1"
   std::function<void(FilterTuning& tuning, double factor)> set;
-  std::vector<double> decades = {0.0};  ///< where the search starts: powers of ten, each beside each of the others'
+  /// Starts of the search: powers of ten, combined with those of the other factors.
+  std::vector<double> decades = {0.0};
 };
 
 struct FilterRow {
-  std::string_view name;                                              ///< of estimator_words.h
-  std::vector<TunedFactor> (*factors)(const FilterContext& context);  ///< what is tuned, gate apart
+  std::string_view name;                                              ///< name in estimator_words.h
+  std::vector<TunedFactor> (*factors)(const FilterContext& context);  ///< tuned factors without the gate
   bool has_gate;
-  int most_sweeps;  ///< of the tuning over its factors, after the grid it starts from: less where a step takes long
+  int most_sweeps;  ///< of the tuning over its factors, after the grid of starts; fewer if a step takes long
   /// Why it is not for this plant; empty: it is.
   std::string (*unfit)(const FilterContext& context);
   std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,
                                       Eigen::Index lanes);
   /// Per sample of one run.
   StepCost (*cost)(const FilterContext& context, const PlantCost& plant);
-  /// What it keeps from sample to sample, in numbers.
+  /// Size of its state between samples, in numbers.
   Eigen::Index (*state)(const FilterContext& context);
 };
 

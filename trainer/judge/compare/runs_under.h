@@ -42,7 +42,7 @@ void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs)
 /// Whether inputs stay as they are between samples: a u(t) of the condition is smooth, what is drawn may be held.
 bool holds_inputs(const Experiment& base, const Condition& condition);
 
-/// What estimators that know no plant learn from: runs of the training's own distribution, as channels.
+/// Runs as in the training, as channels, from which estimators without a plant learn.
 Dataset fresh_training_runs(const Experiment& experiment, const NoiseConfig& input_noise);
 
 /// The seed of the noise on those: the same noise in another order of runs than a test set's.

@@ -159,7 +159,7 @@ class UnderCondition {
                   std::optional<double>& cost) const {
     Dataset set = runs_under(tested_, condition_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
                              first_run, estimators);
-    if (is_looped(tested_, condition_)) cost = mean_cost(tested_, *plant_, set);  // of all states, estimated or not
+    if (is_looped(tested_, condition_)) cost = mean_cost(tested_, *plant_, set);  // over all states, estimated or not
     PlantChannels(*tested_.plant, *plant_).apply(set);
     return set;
   }

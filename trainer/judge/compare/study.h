@@ -23,7 +23,7 @@ inline constexpr std::string_view kParticle = "particle";
 struct StudyTest {
   std::vector<Condition> conditions;
   std::vector<std::string> against;  ///< alternative_names(), kTrueEkf, kParticle
-  unsigned long long seed = 1;       ///< of initial states and noise in the first test set; then seed + 1 ...
+  unsigned long long seed = 1;       ///< seed of initial states and noise in the first test set; then seed + 1 ...
   int test_sets = 1;
   int trajectories = 200;  ///< in each test set
   int threads = 0;         ///< 0: all cores; the result does not depend on it
@@ -73,7 +73,7 @@ struct Study {
   const StudyCell& cell(std::size_t condition, std::size_t estimator) const { return rows[condition].cells[estimator]; }
 };
 
-/// What --against takes: the filters of filter_table() and simple_names().
+/// The values of --against: the filters of filter_table() and simple_names().
 std::vector<std::string> alternative_names();
 
 /// Returns a condition for each of `noises`, with the rest of `common`.

@@ -22,7 +22,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// What makes filters of one name. Copies are for other threads: each has a plant of its own.
+/// Makes filters of one name. Each thread needs a copy, because each copy has its own plant.
 class Maker {
  public:
   Maker(std::string_view name, const Experiment& nominal, const NoiseConfig& noise, FilterTuning tuning = {})
@@ -119,7 +119,7 @@ FilterTuning tuning_of(const Factors& factors, const VectorXd& x) {
   return tuning;
 }
 
-/// What a search starts from: each factor's decades beside those of the others, with a gate and without.
+/// Starts of a search: all combinations of the factors' decades, with a gate and without.
 std::vector<VectorXd> grid(const Factors& factors, bool gated) {
   const auto count = static_cast<Index>(factors.size());
   std::vector<VectorXd> points{VectorXd::Zero(count + (gated ? 1 : 0))};

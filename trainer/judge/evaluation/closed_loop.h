@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a loop that is closed by estimates costs beside the same loop closed by the true state.
+// The cost of a loop that is closed by estimates, beside the loop that is closed by the true state.
 #pragma once
 
 #include <Eigen/Core>

@@ -24,7 +24,7 @@ struct Estimates {
   Eigen::MatrixXd x_hat, sigma, bound_95;
 };
 
-/// Of estimates whose errors are normal with these standard deviations, n_x x N.
+/// Intervals of estimates whose errors are normal with these standard deviations, n_x x N.
 Estimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviations);
 
 /// n_x each, of the samples whose truth counts.
@@ -51,10 +51,10 @@ class CoverageSum {
   double weight_ = 0.0;
 };
 
-/// What a model says over a run: with intervals where it has an error head.
+/// Estimates of a model over a run, with intervals if it has an error head.
 Estimates estimates_of(const codegen::Model& model, const codegen::Run& run);
 
-/// The same with the intervals that the monitor has widened. For a model with an error head and a monitor.
+/// Estimates with the intervals that the monitor has widened, for a model with an error head and a monitor.
 Estimates widened_estimates_of(const codegen::Model& model, const codegen::Run& run);
 
 /// The mean over several evaluations; empty when one has none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What estimators are called: the names of options and of JSON keys, and the words for people.
+// Names of estimators in options and JSON keys, and words for people.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace nlo::trainer {
 struct EstimatorWords {
   std::string_view name;     ///< "joint_ekf"
   std::string_view title;    ///< "joint EKF"
-  std::string_view meaning;  ///< what it is
+  std::string_view meaning;  ///< description
   bool knows_plant = true;   ///< and the noise
 };
 
-/// Those that know no plant: what a user has without equations.
+/// Names of the estimators that need no equations.
 std::vector<std::string> simple_names();
 
 /// Null: an observer, or a name that says it all.

@@ -38,7 +38,7 @@ using StudyProgress = std::function<void(double share, const std::string& what)>
 using Estimator = std::function<Estimates(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                           const Eigen::VectorXd& time_s)>;
 
-/// The same of a run by its number in the test set.
+/// An estimator that is given the number of the run in the test set.
 using RunEstimator = std::function<Estimates(std::size_t run, const Eigen::MatrixXd& outputs)>;
 
 /// Makes an estimator; each thread asks for its own, so that it may keep work memory.
@@ -51,7 +51,7 @@ struct EvaluatedRun {
   Eigen::MatrixXd estimate;      ///< n_x x N
   std::string why = {};          ///< "first", "best", "worst": why it is among the examples; may be empty
   Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
-  /// Of all the model's states, where the truth is of some; 0 x 0: `estimate` is of all.
+  /// Estimates of all states of the model, if only some have a truth; 0 x 0: `estimate` has all.
   Eigen::MatrixXd all_estimates = {};
 };
 
@@ -74,15 +74,15 @@ struct Evaluation {
   std::vector<Channel> states, outputs;
   ErrorMetrics metrics;
   std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
-  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
-  std::optional<DomainShare> domain = {};                            ///< of the observer
+  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< name and u(t) of each input
+  std::optional<DomainShare> domain = {};                            ///< share of the observer's domain
   std::string label = {};                   ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};      ///< of the observer: see study_notes()
-  std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
-  std::optional<Coverage> coverage = {};    ///< of an estimator that knows how wrong it is
+  std::vector<std::string> notes = {};      ///< notes on the observer: see study_notes()
+  std::optional<ClosedLoopCost> loop = {};  ///< cost of an estimator in its own loop
+  std::optional<Coverage> coverage = {};    ///< intervals of an estimator that reports its error
   double worst = 0.0;                       ///< the largest norm of a run
   std::size_t worst_run = 0;                ///< number of that run in the test set
-  std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
+  std::string changed = {};                 ///< changes of the plant since the training: KEY=VALUE, ...
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0:
@@ -114,8 +114,8 @@ EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_st
 /// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.
 EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training);
 
-/// What knows no plant and no model, fitted likewise: the LogBaseline called "constant" (the mean state: what knowing
-/// nothing but the average is worth) or "static_ridge". Samples that do not arrive are held.
+/// An estimator without a plant or a model, fitted likewise: the LogBaseline "constant" (the mean state) or
+/// "static_ridge". Samples that do not arrive are held.
 EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
 
 /// One of simple_names(), fitted likewise: "ridge" is the readout of the model, the others are baselines.

@@ -39,7 +39,7 @@ void require_same_names(const std::vector<Channel>& model, const std::vector<Cha
               " (names, order and wraps must agree: use the columns that the model was trained with)");
 }
 
-/// Where the states that the logs have a truth of are among the model's.
+/// Returns the rows, among the model's states, of the states that the logs have a truth for.
 std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Dataset& logs) {
   std::vector<Eigen::Index> rows;
   for (const Channel& truth : logs.states) {
@@ -147,8 +147,8 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
   return notes;
 }
 
-/// What states are together: angles by sine and cosine, and of a model that estimates directions each of these, by the
-/// part that the names of its components share.
+/// Groups of states: angles by sine and cosine, and directions of a model that estimates them, found by the common
+/// part of their components' names.
 std::vector<AnglePair> angles_of(const LogSchema& schema, const codegen::Model& model, std::size_t scored) {
   std::vector<AnglePair> angles = schema.angle_pairs;
   if (scored != model.states.size() || !codegen::module_of(model).estimates_directions(model)) return angles;

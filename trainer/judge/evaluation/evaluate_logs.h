@@ -46,16 +46,16 @@ void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, co
 /// How the observer flies over a log.
 struct LogFlight {
   std::vector<SensorFault> faults = {};
-  bool behind_gate = false;  ///< of the model's monitor, which it must have
+  bool behind_gate = false;  ///< through the gate of the model's monitor, which it must have
 };
 
 struct LogEvaluation {
   std::vector<LogEntry> entries;   ///< the observer first, then baselines and "ridge"
-  ErrorMetrics metrics;            ///< of the observer over all files
+  ErrorMetrics metrics;            ///< metrics of the observer over all files
   std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
                                    ///< and on estimates that make no sense where nothing is scored
   Unscored unscored;
-  std::vector<std::string> unscored_states = {};  ///< of the model, that the logs have no truth of
+  std::vector<std::string> unscored_states = {};  ///< states of the model that the logs have no truth for
   DomainShare domain;
   std::optional<Coverage> coverage = {};          ///< intervals of a model with an error head
   std::optional<Coverage> widened_coverage = {};  ///< the same intervals, widened by the monitor

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What estimators reach under one condition: means over several test sets and several trained models, with their
+// Results of estimators under one condition: means over several test sets and several trained models, with their
 // standard errors. One test set is one draw: on Van der Pol the norms of single sets scatter by more than the
-// differences between observers.
-// Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of
-// the simple estimators: the same for plants and for logs.
+// differences between observers. Notes compare the observer's errors with a constant and with the best simple
+// estimator, for plants and logs.
 #pragma once
 
 #include <functional>
@@ -21,7 +20,7 @@ struct StudyCell {
   /// By model, then by test set. Models of one experiment differ in their training seed alone.
   std::vector<std::vector<Evaluation>> evaluations = {};
   std::string missing = {};  ///< why there are no evaluations; else empty
-  std::string tuning = {};   ///< of a tuned filter, in words
+  std::string tuning = {};   ///< tuning of a filter, in words
   int restarts = 0;          ///< runs that left the finite numbers and began anew
 
   const Evaluation& first() const { return evaluations.front().front(); }
@@ -44,8 +43,8 @@ StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluat
 /// A number of an evaluation; empty where it is not defined.
 using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 
-/// Mean over models and test sets. Empty when one of the evaluations does not define the quantity: the mean of those
-/// that do would flatter.
+/// Mean over models and test sets. Empty if one of the evaluations does not define the quantity, because a mean of the
+/// others would be too good.
 std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity);
 
 /// The norm of the error, over all samples.
@@ -55,7 +54,7 @@ Spread norm_of(const StudyCell& cell);
 /// "ridge"; and of each loop what it costs.
 std::vector<std::string> study_notes(const StudyRow& row);
 
-/// What the loop of an estimator costs over all models and test sets; empty where it is in none.
+/// Cost of an estimator's loop over all models and test sets; empty if it closes no loop.
 std::optional<ClosedLoopCost> study_loop(const StudyCell& cell);
 
 /// The mean coverage of an estimator; empty where it does not know how wrong it is.

@@ -35,7 +35,7 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
 /// theirs. What has no value is null: a number is always finite.
 std::string evaluation_json(const StudyRow& row, double box_scale);
 
-/// The same keys over all logs, and per state with its unit and per file the RMSE in each window beside the
+/// JSON with these keys over all logs, and the RMSE per state with its unit and per file in each window beside the
 /// baselines'.
 std::string evaluation_json(const std::string& model, const LogEvaluation& evaluation);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a network must beat: the best linear map from the very features that it reads to the states, by ridge regression
+// The estimator that a network must beat: the best linear map from its own features to the states, by ridge regression
 //   x_hat = W [1; u],   W = argmin sum w |x - W [1; u]|^2 + ridge |W'|^2      W' in features of unit RMS, 1 apart
 // An angle among the states is regressed as sine and cosine.
 #pragma once
@@ -19,7 +19,7 @@ class LinearReadout {
   /// The features are those of the model's T*; of an observer that has none, z and y.
   explicit LinearReadout(const codegen::Model& model);
 
-  /// The same features, for the states that a truth is known of: the rows of Trajectory::states.
+  /// Makes a readout for the states with a known truth: the rows of Trajectory::states.
   LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states);
 
   /// Adds a run of the model on training data: samples whose truth counts.

@@ -29,7 +29,7 @@ struct MetricsConfig {
 
 /// Every number here is finite; what a run is too short or too quiet to define is empty.
 struct ErrorMetrics {
-  /// Of the samples in one window.
+  /// Errors over the samples in one window.
   struct Window {
     EvaluationWindow window;
     std::optional<double> norm;
@@ -55,8 +55,8 @@ double wrapped_difference(double truth, double estimate, double wrap);
 /// All states share a unit (dimensionless is one): only then does |x - x_hat| mean something as it stands.
 bool share_a_unit(const std::vector<Channel>& states);
 
-/// n_x: standard deviation of each state where its truth counts; of an angle about its mean direction. 1 for a state
-/// that never moves. What a norm over states of different units is taken of.
+/// Standard deviation of each state where its truth counts, n_x; for an angle about its mean direction. 1 for a state
+/// that never moves. Norms over states with different units use it as a scale.
 Eigen::VectorXd state_deviation(const Dataset& dataset);
 
 /// Sums of squared errors over trajectories. Adding in the same order gives the same bits; merge() joins parts that
@@ -97,7 +97,7 @@ class ErrorAccumulator {
 /// Windows and settling as the experiment says, else by its observer and this horizon.
 MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
 
-/// The same with the longest of these logs as the horizon.
+/// The configuration with the longest of these logs as the horizon.
 MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs);
 
 }  // namespace nlo::trainer

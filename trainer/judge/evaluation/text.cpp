@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr std::size_t kInset = 2;  // of rows below the heading of a group
+constexpr std::size_t kInset = 2;  // indent of rows below the heading of a group
 
 template <typename... Format>
 std::string format(double value, Format... how) {

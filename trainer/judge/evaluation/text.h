@@ -39,7 +39,7 @@ struct Spread {
 /// tables of results in docs/.
 std::string to_text(const Spread& spread);
 
-/// Of independent draws: their standard deviation, and the standard error of their mean; empty for fewer than two.
+/// Standard deviation of independent draws, and standard error of their mean; empty for fewer than two.
 std::optional<double> deviation_of(std::span<const double> draws);
 std::optional<double> standard_error(std::span<const double> draws);
 

@@ -7,9 +7,9 @@
 
 namespace nlo::trainer {
 
-/// Of p'' ' = w, w white of intensity q; y = p + v, v of variance r. Over a step of h seconds
+/// Kalman filter of p''' = w with white w of intensity q; y = p + v, v of variance r. Over a step of h seconds
 ///   F = [1 h h^2/2; 0 1 h; 0 0 1],  Q = q [h^5/20 h^4/8 h^3/6; h^4/8 h^3/3 h^2/2; h^3/6 h^2/2 h]
-/// exactly, whatever h. Only q / r decides the estimates.
+/// exactly, for any h. The estimates depend only on q / r.
 ///   Bar-Shalom, Li, Kirubarajan: Estimation with applications to tracking and navigation, 2001, section 6.2.3.
 struct ConstantAcceleration {
   double jerk_intensity = 1.0;   ///< q [unit^2/s^5]

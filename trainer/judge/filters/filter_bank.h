@@ -30,7 +30,7 @@ class FilterBank final : public LaneFilter {
   Eigen::Index members_, lanes_;
   Eigen::VectorXd state_wraps_;
   SigmaPointFilter bank_;  ///< K blocks of L lanes
-  LaneRuns samples_;       ///< those of the runs, K times side by side
+  LaneRuns samples_;       ///< samples of the runs, K times side by side
   Eigen::ArrayXXd log_weight_, weights_;
 };
 

@@ -21,14 +21,14 @@ struct LanePlant {
   Map f, h;                          ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
   Eigen::VectorXd output_wraps;      ///< full turns of outputs that are angles, else 0; n_y
   Eigen::VectorXd state_wraps = {};  ///< the same of states, n_x; empty: no state is an angle
-  /// Of RK4: a longer sample period is divided evenly.
+  /// Longest step of RK4. A longer sample period is divided evenly.
   double longest_step_s = std::numeric_limits<double>::infinity();
 };
 
 /// `plant` as it is; kept alive. Not for two threads at once.
 LanePlant lane_plant(const std::shared_ptr<const Plant>& plant);
 
-/// What the sensors of L runs gave, all with the same samples.
+/// Readings of the sensors in L runs with the same sample times.
 struct LaneRuns {
   double sample_period_s = 0.0;
   std::vector<Eigen::MatrixXd> outputs;  ///< N of n_y x L; NaN: did not arrive
@@ -48,7 +48,7 @@ struct LaneRuns {
 LaneRuns one_run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s,
                  bool held_inputs);
 
-/// The same runs `times` times, lane by lane behind each other: for as many tunings of one filter.
+/// Repeats the runs `times` times, lane by lane behind each other, for as many tunings of one filter.
 LaneRuns repeated(const LaneRuns& runs, Eigen::Index times);
 
 /// Inputs at both ends of the period that ends with sample k, n_u x L each; 0 x 0 where there are none.

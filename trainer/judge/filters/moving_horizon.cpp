@@ -12,7 +12,7 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr double kSpread = 1e-4;  // of a deviation, one-sided: a Gauss-Newton step needs no more
+constexpr double kSpread = 1e-4;  // one-sided step in deviations; enough for a Gauss-Newton step
 
 /// b = A^-1 b for a symmetric positive A of each lane, by Cholesky's method in place.
 void solve_lanes(LaneMatrix& a, std::vector<ArrayXd>& b) {

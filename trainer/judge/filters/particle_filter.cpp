@@ -164,7 +164,7 @@ ArrayXd log_likelihood(const SensorNoise& noise, const ArrayXd& v) {
   if (noise.quantum > 0.0 && noise_row(noise.kind).density == nullptr) {
     density = soft_box(v, 0.5 * noise.quantum) / noise.quantum;
   } else if (noise.quantum > 0.0) {
-    constexpr int kPoints = 5;  // of the step, by the midpoint rule
+    constexpr int kPoints = 5;  // points of the step, by the midpoint rule
     for (int p = 0; p < kPoints; ++p)
       density += base_density(noise, v + noise.quantum * ((p + 0.5) / kPoints - 0.5)) / kPoints;
   } else {

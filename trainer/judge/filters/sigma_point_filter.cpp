@@ -15,7 +15,7 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr double kDifferenceSpread = 1e-4;  // of a deviation: truncation 1e-8, rounding 1e-12, both relative
+constexpr double kDifferenceSpread = 1e-4;  // step in deviations: relative truncation 1e-8 and rounding 1e-12
 constexpr double kTiny = 1e-300;            // keeps quotients of lanes without any uncertainty finite
 
 double kappa(Index nx) {

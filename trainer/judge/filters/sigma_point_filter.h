@@ -45,7 +45,7 @@ class LaneMatrix {
 
 enum class PointSet { kExtended, kUnscented };
 
-/// What a filter is told of the noise and of where runs start: the same for all lanes.
+/// A filter's knowledge of noises and initial states, the same for all lanes.
 struct FilterKnowledge {
   Eigen::VectorXd initial_state;       ///< n_x
   Eigen::MatrixXd initial_covariance;  ///< P0, n_x x n_x

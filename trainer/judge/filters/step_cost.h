@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one step of a filter costs, counted: the same on every machine.
+// The counted cost of a filter's step, the same on every machine.
 #pragma once
 
 #include <string_view>
@@ -19,7 +19,7 @@ struct StepCost {
   StepCost operator*(double times) const { return {times * operations, times * functions}; }
 };
 
-/// Of one evaluation as it is written: an operator is one operation; x^2 and x^3 are one and two, another power is a
+/// Cost of one evaluation as written: an operator is one operation; x^2 and x^3 are one and two, another power is a
 /// function.
 StepCost cost_of_expression(std::string_view expression);
 
@@ -29,16 +29,16 @@ struct PlantCost {
 };
 PlantCost plant_cost(const PlantConfig& plant);
 
-/// Of a step of RK4 of n states.
+/// Cost of a step of RK4 with n states.
 StepCost rk4_cost(double n, const StepCost& f);
 
-/// Of SigmaPointFilter with n states and ny outputs, EKF or UKF, by `steps` of RK4 in a sample period.
+/// Cost of SigmaPointFilter with n states and ny outputs, EKF or UKF, with `steps` of RK4 in a sample period.
 StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& plant, double steps = 1.0);
 
-/// Of FilterBank with so many members, `one` of each.
+/// Cost of FilterBank with so many members, each of the cost `one`.
 StepCost bank_cost(double members, double n, double ny, const StepCost& one);
 
-/// Of the Kalman filter with constant acceleration, for one quantity.
+/// Cost of the Kalman filter with constant acceleration, for one quantity.
 StepCost cost_of_constant_acceleration();
 
 }  // namespace nlo::trainer

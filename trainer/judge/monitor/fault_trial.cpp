@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 constexpr std::array<Fault, 5> kFaults = {Fault::kDead, Fault::kFrozen, Fault::kZero, Fault::kBiased, Fault::kNoisy};
 constexpr double kBias = 0.5, kNoise = 2.0;  // deviations of the output
 constexpr double kHarm = 2.0;
-constexpr double kUndetected = 0.1;  // of the runs that are harmed
+constexpr double kUndetected = 0.1;  // share of the harmed runs
 
 VectorXd output_deviations(const std::vector<FlownRun>& runs) {
   const Index ny = runs.front().outputs.rows();

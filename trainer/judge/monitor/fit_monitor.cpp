@@ -32,7 +32,8 @@ constexpr double kGateQuantile = 0.9995;
 constexpr double kLeastGate = 3.0;  // deviations
 // The largest limit, of what a statistic can reach, and the largest value in training that is still below such a limit.
 constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
-// The same of missing shares: a gate that rejects 5 readings of 6 brings them to 0.92 over 4 samples, less over more.
+// Limits of missing shares. A gate that rejects 5 readings of 6 brings the share to 0.92 over 4 samples, less over
+// more.
 constexpr double kMostMissing = 0.95, kSeenMissing = 0.93;
 
 /// Training pairs of one run for the prediction: the features of each sample but the last, and the change of y that
@@ -60,8 +61,8 @@ Steps steps_of(const codegen::Model& model, const codegen::Run& run, const Matri
   return steps;
 }
 
-/// targets = slope features + offset, by ridge regression with so small a weight that it only decides between features
-/// that say the same.
+/// targets = slope features + offset, by ridge regression with so small a weight that it only decides between equal
+/// features.
 struct LinearFit {
   MatrixXd slope;
   VectorXd offset;
@@ -124,7 +125,7 @@ void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<St
     all_squares += estimates(steps).rowwise().squaredNorm();
     count += static_cast<double>(off.cols());
   }
-  constexpr double kNonlinear = 1e-3;  // of the deviation of x_hat
+  constexpr double kNonlinear = 1e-3;  // share of the deviation of x_hat
   for (Index i = 0; i < nx; ++i) {
     const double deviation = std::sqrt(squares(i) / count);
     const double spread = std::sqrt(std::max(0.0, all_squares(i) / count - std::pow(sum(i) / count, 2)));
@@ -166,7 +167,7 @@ void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codeg
     mixed += size * at.transpose();
   }
   const double spread = square_place - sum_place * sum_place / count;
-  constexpr double kLeastBase = 0.1;  // of the mean size: where z is at its mean, innovations are not zero
+  constexpr double kLeastBase = 0.1;  // share of the mean size; innovations are not zero at the mean of z
   for (Index j = 0; j < model.ny(); ++j) {
     const double slope = spread > 0.0 ? std::max(0.0, (mixed(j) - sum(j) * sum_place / count) / spread) : 0.0;
     const double base = std::max(sum(j) / count - slope * sum_place / count, kLeastBase * sum(j) / count);
@@ -205,7 +206,7 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   }
   monitor.latent_mean = sum / count;
   for (const Steps& steps : all) squares += (settled(steps).colwise() - monitor.latent_mean).rowwise().squaredNorm();
-  constexpr double kLeast = 0.05;  // of the domain: a clock that has run out says nothing
+  constexpr double kLeast = 0.05;  // share of the domain; a clock that has run out has no information
   const VectorXd least = kLeast * (model.latent_max - model.latent_min);
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }

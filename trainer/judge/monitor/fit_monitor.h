@@ -47,8 +47,8 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
                           const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,
                           const MonitorRequest& request, const MonitorProgress& progress = {});
 
-/// The value that is exceeded `per_hour` times an hour, by the exponential tail beyond the largest 0.5 % (20 at least)
-/// of `values`, each the largest of a block, which are `hours` long together.
+/// Returns the value that is exceeded `per_hour` times an hour, by the exponential tail beyond the largest 0.5 % (20 at
+/// least) of `values`. Each value is the largest of a block; all blocks together last `hours`.
 double exceeded_at_rate(std::vector<double> values, double hours, double per_hour);
 
 }  // namespace nlo::trainer
