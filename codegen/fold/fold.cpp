@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "codegen/model/computed_outputs.h"
 #include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
@@ -15,6 +16,26 @@ int stale_after(const Model& m) {
   const std::optional<double> fastest = module_of(m).fastest_mode(m);
   if (!fastest) return kUnknown;
   return static_cast<int>(std::clamp(std::round(1.0 / (*fastest * m.sample_period_s)), kFewest, kMost));
+}
+
+std::vector<int> not_due(const Model& m) {
+  constexpr double kRounding = 0.05;  // of a sample period
+  std::vector<int> samples(static_cast<std::size_t>(m.nr()), 0);
+  for (std::size_t j = 0; j < m.outputs.size(); ++j)
+    if (m.outputs[j].period_s > 0.0)
+      samples[j] = std::max(0, static_cast<int>(std::ceil(m.outputs[j].period_s / m.sample_period_s - kRounding)) - 1);
+  const ComputedOutputs computed(m.outputs, m.inputs);
+  for (std::size_t i = 0; i < computed.all().size(); ++i)
+    for (const int part : computed.all()[i].reads()) {
+      int& of_sum = samples[static_cast<std::size_t>(computed.first()) + i];
+      of_sum = std::max(of_sum, samples[static_cast<std::size_t>(part)]);
+    }
+  return samples;
+}
+
+bool has_slow_outputs(const Model& m) {
+  const std::vector<int> samples = not_due(m);
+  return std::any_of(samples.begin(), samples.end(), [](int each) { return each > 0; });
 }
 
 FoldedModel fold(const Model& m) {

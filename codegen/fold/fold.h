@@ -2,6 +2,8 @@
 // From a model to the numbers that fly.
 #pragma once
 
+#include <vector>
+
 #include "codegen/model/folded.h"
 #include "codegen/model/model.h"
 
@@ -12,5 +14,15 @@ FoldedModel fold(const Model& model);
 /// Measurements held in a row until the status says stale: one time constant of the fastest mode that reads an output,
 /// 5 at least; 10 where no mode is known.
 int stale_after(const Model& model);
+
+/// For each reading, n_r: samples for which it is not due after one that has arrived; 0: due in every sample. A
+/// computed output is as slow as the slowest of its parts.
+std::vector<int> not_due(const Model& model);
+bool has_slow_outputs(const Model& model);
+
+/// Largest number of samples in a row that a slow output may be missing: it may be late by half its period.
+constexpr int most_missing(int not_due) {
+  return not_due + (not_due + 1) / 2;
+}
 
 }  // namespace nlo::codegen

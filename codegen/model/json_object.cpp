@@ -43,7 +43,8 @@ void JsonObject::channels(const char* name, const std::vector<Channel>& list) {
   for (std::size_t i = 0; i < list.size(); ++i)
     text += (i == 0 ? "\n" : ",\n") + inner_ + "  {\"name\": " + json_text(list[i].name) +
             ", \"unit\": " + json_text(list[i].unit) + ", \"wrap\": " + literal(list[i].wrap) +
-            (list[i].expression.empty() ? "" : ", \"expression\": " + json_text(list[i].expression)) + "}";
+            (list[i].expression.empty() ? "" : ", \"expression\": " + json_text(list[i].expression)) +
+            (list[i].period_s == 0.0 ? "" : ", \"period_s\": " + literal(list[i].period_s)) + "}";
   field(name, text + "\n" + inner_ + "]");
 }
 

@@ -11,9 +11,10 @@ std::vector<Channel> channels(const Field& field) {
   const std::size_t size = field.array_size();
   for (std::size_t i = 0; i < size; ++i) {
     const Field channel = field[i];
-    channel.allow_only({"name", "unit", "wrap", "expression"});
+    channel.allow_only({"name", "unit", "wrap", "expression", "period_s"});
     list.push_back({text(channel["name"]), text(channel["unit"]), number(channel["wrap"]),
-                    channel.has("expression") ? text(channel["expression"]) : ""});
+                    channel.has("expression") ? text(channel["expression"]) : "",
+                    channel.has("period_s") ? number(channel["period_s"]) : 0.0});
   }
   return list;
 }

@@ -92,6 +92,37 @@ void check_failures(const Model& m) {
   }
 }
 
+/// Channels that have a period of their own.
+void check_periods(const Model& m) {
+  for (const auto& [channels, field] : {std::pair{&m.inputs, "inputs"}, std::pair{&m.states, "states"}})
+    for (std::size_t i = 0; i < channels->size(); ++i)
+      if ((*channels)[i].period_s != 0.0)
+        fail("{}[{}].period_s is {}; only an output has a period of its own: leave it out", field, i,
+             (*channels)[i].period_s);
+  constexpr double kShortest = 1.5, kLongest = 5000.0;  // sample periods; the runtime counts to 16,383
+  for (std::size_t j = 0; j < m.outputs.size(); ++j) {
+    const double period_s = m.outputs[j].period_s;
+    if (period_s == 0.0) continue;
+    if (!m.outputs[j].expression.empty())
+      fail(
+          "outputs[{}].period_s is {} and its expression \"{}\"; a computed output has the period of its parts: leave "
+          "period_s out",
+          j, period_s, m.outputs[j].expression);
+    if (!(period_s >= kShortest * m.sample_period_s && period_s <= kLongest * m.sample_period_s))
+      fail("outputs[{}].period_s is {}; it must be from {:g} to {:g} sample periods of {} s, or be left out", j,
+           period_s, kShortest, kLongest, m.sample_period_s);
+    if (std::find(m.failures.outputs.begin(), m.failures.outputs.end(), static_cast<int>(j)) !=
+        m.failures.outputs.end())
+      fail(
+          "outputs[{}].period_s is {}, and may_fail names the output, too; a slow output is held between its samples, "
+          "and one of may_fail fades: leave one out",
+          j, period_s);
+    if (m.monitor)
+      fail("outputs[{}].period_s is {}, and the model has a monitor, which judges every sample: leave one out", j,
+           period_s);
+  }
+}
+
 void check_saturation(const Model& m) {
   if (!m.saturates()) return;
   if (!module_of(m).saturates())
@@ -134,6 +165,7 @@ void check_sampling(const Model& m) {
   check_inputs(m);
   check_computed(m);
   check_failures(m);
+  check_periods(m);
 
   const int nz = m.nz();
   if (nz == 0) fail("initial_latent is empty; an observer has at least one latent state");

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "codegen/base/splitmix.h"
+#include "codegen/fold/fold.h"
 #include "codegen/model/flown_ranges.h"
 
 namespace nlo::codegen {
@@ -101,6 +102,13 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
         y = m.output_max(j) + 0.5 * (m.output_max(j) - m.output_min(j));
     }
   }
+  const std::vector<int> slow = not_due(m);
+  for (int j = 0; j < m.measured(); ++j)  // a slow output comes when it is due, and is late once
+    for (int k = 0; slow[static_cast<std::size_t>(j)] > 0 && k < samples; ++k) {
+      const int period = slow[static_cast<std::size_t>(j)] + 1;
+      const bool late = k >= samples / 4 && k < samples / 4 + 2 * period + stale_after;
+      if (k % period != 0 || late) inputs.outputs(j, k) = missed;
+    }
   for (int i = 0; i < m.nu(); ++i) {
     const Eigen::VectorXd tone = amplitude * tones(time_s, h, uniform);
     inputs.inputs.row(i) = tone;

@@ -15,6 +15,7 @@ SampleValidation::SampleValidation(const Model& model, FlownRanges ranges)
     : model_(model),
       computed_(model.outputs, model.inputs),
       stale_after_(stale_after(model)),
+      not_due_(not_due(model)),
       ranges_(std::move(ranges)) {
   reset();
 }
@@ -23,7 +24,10 @@ void SampleValidation::reset() {
   y_ = Eigen::VectorXd::Zero(model_.nr());
   u_ = Eigen::VectorXd::Zero(model_.inputs.empty() ? model_.nu() : 0);
   status_ = StepStatus::kOk;
-  health_.assign(static_cast<std::size_t>(y_.size() + u_.size()), Health{});
+  not_due_.resize(static_cast<std::size_t>(y_.size() + u_.size()), 0);
+  health_.assign(not_due_.size(), Health{});
+  for (std::size_t i = 0; i < health_.size(); ++i)  // a slow output has never arrived
+    if (not_due_[i] > 0) health_[i] = {most_missing(not_due_[i]) + 1, true};
   started_ = false;
 }
 
@@ -59,7 +63,19 @@ void SampleValidation::hold(const Eigen::VectorXd& values, bool started) {
   started_ = started;
 }
 
-StepStatus SampleValidation::status_of(const Health& h) const {
+int SampleValidation::late(std::size_t channel) const {
+  const int count = health_[channel].count;
+  return count > most_missing(not_due_[channel]) ? count - not_due_[channel] : 0;
+}
+
+StepStatus SampleValidation::status_of(std::size_t channel) const {
+  const Health& h = health_[channel];
+  if (not_due_[channel] > 0 && h.clamped)
+    return h.count >= stale_after_ ? StepStatus::kOutOfRange : StepStatus::kClamped;
+  if (not_due_[channel] > 0)
+    return late(channel) == 0              ? StepStatus::kOk
+           : late(channel) >= stale_after_ ? StepStatus::kStale
+                                           : StepStatus::kHeld;
   if (h.count == 0) return StepStatus::kOk;
   if (h.count >= stale_after_) return h.clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
   return h.clamped && !h.late ? StepStatus::kClamped : StepStatus::kHeld;
@@ -106,6 +122,13 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     Health& h = health_[static_cast<std::size_t>(channel)];
     const bool good = !held && !clamped;
     const int before = h.held || h.clamped ? h.count : 0, all = before + missed + (good ? 0 : 1);
+    if (not_due_[static_cast<std::size_t>(channel)] > 0) {
+      const bool in_use = h.clamped && !good && !clamped;  // the clamped value
+      h.count = before + missed;
+      if (clamped && !h.clamped) h.count = late(static_cast<std::size_t>(channel));
+      h = {good && missed == 0 ? 0 : std::min(h.count + (good ? 0 : 1), kMost), held, clamped || in_use, missed > 0};
+      return;
+    }
     h = {good && missed == 0 ? 0 : std::min(all, kMost), held, clamped, missed > 0};
   };
   Eigen::VectorXd good_y = y, good_u = u;
@@ -124,7 +147,11 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     const bool held = !std::isfinite(good_y(j));
     update(j, held, clamped);
     if (missing[static_cast<std::size_t>(j)]) health_[static_cast<std::size_t>(j)] = {1, true};
-    if (held && started_) good_y(j) = y_(j);
+    const auto channel = static_cast<std::size_t>(j);
+    const bool known = not_due_[channel] > 0 && (health_[channel].clamped || late(channel) == 0);
+    if (held && (started_ || known)) good_y(j) = y_(j);
+    // Before the first sample that all others have: what has arrived is kept.
+    if (!started_ && not_due_[channel] > 0 && std::isfinite(good_y(j))) y_(j) = good_y(j);
   }
   for (Eigen::Index i = 0; i < good_u.size(); ++i) {
     const bool held = !std::isfinite(good_u(i));
@@ -133,7 +160,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
   }
 
   status_ = StepStatus::kOk;
-  for (const Health& h : health_) status_ = std::max(status_, status_of(h));
+  for (std::size_t i = 0; i < health_.size(); ++i) status_ = std::max(status_, status_of(i));
   if (!good_y.allFinite() || !good_u.allFinite()) return false;
   y_ = good_y;
   u_ = good_u;

@@ -42,7 +42,7 @@ class SampleValidation {
   bool clamped() const;                            ///< a reading of the last sample
 
   /// Status of one output in the last sample.
-  StepStatus status(Eigen::Index output) const { return status_of(health_[static_cast<std::size_t>(output)]); }
+  StepStatus status(Eigen::Index output) const { return status_of(static_cast<std::size_t>(output)); }
 
  private:
   /// Health of a channel: the number of samples in a row that were not used unchanged, and what happened to the last.
@@ -52,11 +52,13 @@ class SampleValidation {
     bool clamped = false;  ///< it was clamped to its range
     bool late = false;     ///< samples were missed before it
   };
-  StepStatus status_of(const Health& health) const;
+  StepStatus status_of(std::size_t channel) const;
+  int late(std::size_t channel) const;  ///< samples since a slow output was due; 0: it is not late
 
   const Model& model_;
   ComputedOutputs computed_;
   int stale_after_;
+  std::vector<int> not_due_;  ///< of each channel (fold.h)
   FlownRanges ranges_;
   void fill_missing(Eigen::VectorXd& readings, double dt_s) const;
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "codegen/fold/fold.h"
 #include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
@@ -127,6 +128,10 @@ std::map<std::string, std::string> c99_readings(const Model& m, const std::strin
         "READ",       "NOTE_MISSING", "COMPUTE",      "KEEP_FIELD",      "KEEP_VALUE",     "KEEP_OVER",
         "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START"})
     values[key] = "";
+  values["SLOW"] = has_slow_outputs(m) ? "true" : "";
+  std::vector<int> samples = not_due(m);
+  samples.resize(samples.size() + static_cast<std::size_t>(acting_inputs(m)), 0);
+  values["NOT_DUE"] = has_slow_outputs(m) ? fmt::format("{{{}}}", fmt::join(samples.begin(), samples.end(), ", ")) : "";
   values["READINGS"] = "y";
   values["CHANNELS"] = std::to_string(m.ny() + m.nu());
   values["CHANNEL_NOTE"] =

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "codegen/base/number.h"
+#include "codegen/fold/fold.h"
 #include "codegen/model/activations.h"
 #include "codegen/structures/structure_module.h"
 #include "codegen/targets/cpp_cost.h"
@@ -135,11 +136,26 @@ std::string computed(const Source& s) {
          "  }\n};\n";
 }
 
+/// Model and Observer. A model with slow outputs is a type of its own, with their periods.
+std::string types(const Source& s) {
+  std::string text = s.structure.types();
+  if (!has_slow_outputs(s.model)) return text;
+  const std::string model = "using Model =", observer = "using Observer =";
+  text.replace(text.find(model), model.size(), "using EverySample =");
+  const std::vector<int> samples = not_due(s.model);
+  text.insert(text.find(observer),
+              fmt::format("struct Model : EverySample {{\n  static constexpr std::uint16_t kNotDue[kNr] = {{{}}};  // "
+                          "samples for which a reading is not due\n}};\n",
+                          fmt::join(samples.begin(), samples.end(), ", ")));
+  return text;
+}
+
 std::string model_constant(const Source& s) {
   const Model& m = s.model;
+  const bool derived = has_slow_outputs(m);
   const FlownRanges& ranges = s.folded.ranges;
   const std::string reason = module_of(m).fastest_mode(m) ? ": the fastest mode's time constant" : "";
-  std::string text = "inline constexpr Model kModel = {\n";
+  std::string text = derived ? "inline constexpr Model kModel = {{\n" : "inline constexpr Model kModel = {\n";
   text += fmt::format("    .sample_period_s = {},\n", s.init(m.sample_period_s, "sample_period_s"));
   text += fmt::format("    .stale_after = {},  // held measurements{}\n", s.folded.stale_after, reason);
   text += s.structure.leading_fields();
@@ -155,7 +171,7 @@ std::string model_constant(const Source& s) {
                         s.init(1.0 / f.staleness_s, "may_fail.staleness_s"),
                         s.init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s"));
   }
-  return text + "};\n";
+  return text + (derived ? "}};\n" : "};\n");
 }
 
 }  // namespace
@@ -194,7 +210,7 @@ std::string cpp_header(const PreparedExport& prepared) {
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();
-  text += computed(s) + structure->types() + "\n" + model_constant(s);
+  text += computed(s) + types(s) + "\n" + model_constant(s);
   if (model.monitor) text += cpp_monitor(model, init);
   text += fmt::format("\n}}  // namespace nlo::{}\n", s.name);
   return text;

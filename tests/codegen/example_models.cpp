@@ -447,6 +447,20 @@ Model failing_rig_model() {
   return m;
 }
 
+Model two_rates_model() {
+  Model m = rig_model();
+  m.name = "two_rates";
+  m.outputs[1].period_s = 5.0 * m.sample_period_s;
+  return m;
+}
+
+Model slow_angle_model() {
+  Model m = rig_model();
+  m.name = "slow_angle";
+  m.outputs[0].period_s = 3.0 * m.sample_period_s;
+  return m;
+}
+
 Model computed_model() {
   Model m = failing_model();
   m.name = "computed";
@@ -652,6 +666,8 @@ std::vector<Model> error_models() {
 std::vector<Model> example_models() {
   std::vector<Model> models = {paper_model(),
                                rig_model(),
+                               two_rates_model(),
+                               slow_angle_model(),
                                tiny_model(),
                                activation_model("relu"),
                                activation_model("silu"),

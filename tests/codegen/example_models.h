@@ -61,6 +61,9 @@ Model commanded_ramp_model();
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
 Model failing_model();
 Model failing_rig_model();
+/// `rig_model` whose plain output is measured in each fifth sample; whose angle is, in each third.
+Model two_rates_model();
+Model slow_angle_model();
 /// `failing_model` with two more outputs, computed of outputs and inputs; `gated_model` with the product of its two.
 Model computed_model();
 Model computed_gated_model();

@@ -37,9 +37,9 @@ constexpr ChannelHealth next_health(ChannelHealth last, bool good, bool clamped)
   return select<kArithmetic>(good & !clamped, ChannelHealth{0}, worse);
 }
 
-/// Returns the health after `missed` samples that should have arrived and did not.
-constexpr ChannelHealth health_after_missed(ChannelHealth last, int missed) {
-  return missed == 0 ? last : counted_on(last, static_cast<std::uint32_t>(missed), kHeldBit);
+/// Returns the health after `missed` samples that did not arrive. kept_bits: kClampedBit for a slow output, else 0.
+constexpr ChannelHealth health_after_missed(ChannelHealth last, int missed, std::uint32_t kept_bits = 0) {
+  return missed == 0 ? last : counted_on(last, static_cast<std::uint32_t>(missed), kHeldBit | (last & kept_bits));
 }
 
 /// Returns the health after the first sample behind a gap.
@@ -48,6 +48,48 @@ constexpr ChannelHealth health_after_missed(ChannelHealth last, int missed) {
 constexpr ChannelHealth health_after_gap(ChannelHealth missed, ChannelHealth next) {
   if (next == 0) return static_cast<ChannelHealth>(missed & ~3U);
   return static_cast<ChannelHealth>(next | kHeldBit);
+}
+
+/// Returns for how many samples reading j is not due after one that has arrived: 0 for an output of every sample. A
+/// model with slower outputs has kNotDue, a number for each reading: 19 for an output of 5 Hz in an observer of 100 Hz.
+template <class Model>
+constexpr std::uint32_t not_due([[maybe_unused]] int j) {
+  if constexpr (requires { Model::kNotDue[0]; }) return Model::kNotDue[j];
+  return 0;
+}
+template <class Model>
+inline constexpr bool kHasSlowOutputs = requires {
+  Model::kNotDue[0];
+};
+
+/// Returns the largest number of samples in a row that a slow output may be missing: it may be late by half its period.
+constexpr std::uint32_t most_missing(std::uint32_t not_due) {
+  return not_due + (not_due + 1) / 2;
+}
+
+/// Health of a slow output that has never arrived.
+constexpr ChannelHealth never_arrived(std::uint32_t not_due) {
+  return static_cast<ChannelHealth>((most_missing(not_due) + 1) << 2U | kHeldBit);
+}
+
+/// Returns the health of a slow output as its status counts it. Samples that were not due do not count. Once the output
+/// is late by more than half its period, the samples since it was due count.
+///   health  counts all samples since the output was last used unchanged; kClampedBit: a clamped value is in use
+constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) {
+  const std::uint32_t count = health >> 2U, clamped = health >> 1U & 1U;
+  const std::uint32_t late = (count - not_due) * static_cast<std::uint32_t>(count > most_missing(not_due));
+  const std::uint32_t held = late << 2U | static_cast<std::uint32_t>(late > 0);
+  return static_cast<ChannelHealth>(clamped * (count << 2U | kClampedBit) + (1U - clamped) * held);
+}
+
+/// Returns the health of a slow output after a sample. It keeps kClampedBit while the clamped value is in use.
+template <Arithmetic kArithmetic>
+constexpr ChannelHealth next_slow_health(ChannelHealth last, bool good, bool clamped, std::uint32_t not_due) {
+  const ChannelHealth missed = counted_on(last, 1, kHeldBit | (last & kClampedBit));
+  const auto late = static_cast<ChannelHealth>(due_health(last, not_due) * static_cast<int>((last & 3U) != 0));
+  const ChannelHealth again = counted_on(late, 1, kClampedBit);
+  const ChannelHealth worse = select<kArithmetic>(good, again, missed);
+  return select<kArithmetic>(good & !clamped, ChannelHealth{0}, worse);
 }
 
 /// Returns the number of samples that are missing in a step over dt_s seconds. Up to 1.5 sample periods are jitter: 0.
@@ -82,8 +124,9 @@ struct ReadingRange {
 
   /// Validates the readings of a sample. `accepted` holds the last good readings; usable values overwrite them. An
   /// output that wraps ends within half a turn of its last good value. Updates the health of each channel. Returns true
-  /// if a reading was held. The data decides no branch, so that the time is constant (arithmetic.h).
-  template <Arithmetic kArithmetic>
+  /// if a reading was held. The data decides no branch, so that the time is constant (arithmetic.h). Model: for
+  /// not_due(); void: every output is one of every sample.
+  template <Arithmetic kArithmetic, class Model = void>
   constexpr bool validate(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], ChannelHealth* health) const {
     bool held = false;
     for (int j = 0; j < kNy; ++j) {
@@ -104,7 +147,9 @@ struct ReadingRange {
         const Scalar within = select<kArithmetic>(!clamped, y[j], limit);
         accepted[j] = select<kArithmetic>(good, within, accepted[j]);
       }
-      health[j] = next_health<kArithmetic>(health[j], good, clamped);
+      // The model decides this branch, not the data.
+      health[j] = not_due<Model>(j) > 0 ? next_slow_health<kArithmetic>(health[j], good, clamped, not_due<Model>(j))
+                                        : next_health<kArithmetic>(health[j], good, clamped);
       held |= !good;
     }
     return held;
@@ -113,13 +158,13 @@ struct ReadingRange {
   /// Returns true if validation can have stored `y`: every value is within its range, or within its first turn.
   constexpr bool may_hold(const Scalar (&y)[kNy]) const {
     bool good = true;
-    for (int j = 0; j < kNy; ++j) {
-      const bool in_range = (y[j] >= min[j]) & (y[j] <= max[j]);
-      const bool in_turn =
-          (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // stored angles are near zero, whatever the sensor's range
-      good = good & is_finite(y[j]) & (in_range | ((wrap[j] > Scalar(0)) & in_turn));
-    }
+    for (int j = 0; j < kNy; ++j) good = good & may_hold(j, y[j]);
     return good;
+  }
+  constexpr bool may_hold(int j, Scalar y) const {
+    const bool in_range = (y >= min[j]) & (y <= max[j]);
+    const bool in_turn = (y >= -wrap[j]) & (y <= wrap[j]);  // stored angles are near zero, whatever the sensor's range
+    return is_finite(y) & (in_range | ((wrap[j] > Scalar(0)) & in_turn));
   }
 
   /// Returns the angle without its whole turns, in [-turn / 2, turn / 2].

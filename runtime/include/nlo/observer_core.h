@@ -94,6 +94,7 @@ class ObserverCore {
   static constexpr int kNr = Model::kNr;
   static constexpr bool kDriven = kNu > 0;  ///< step() takes u
   static constexpr int kNf = Model::kNf;
+  static constexpr bool kSlow = kHasSlowOutputs<Model>;   ///< outputs have periods of their own
   static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< inputs are readings
   static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that are no readings
   using Latent = Vector<Scalar, kNz>;
@@ -105,7 +106,11 @@ class ObserverCore {
   explicit ObserverCore(const Model&&) = delete;
 
   /// Forgets everything: z = z(0), and the next measurement is the first.
-  constexpr void reset() { restart(state_, model_->initial_latent()); }
+  constexpr void reset() {
+    restart(state_, model_->initial_latent());
+    for (int j = 0; kSlow && j < kNr; ++j)
+      if (not_due<Model>(j) > 0) state_.health[j] = never_arrived(not_due<Model>(j));
+  }
 
   /// Returns x_hat = T*(z, y), n_x. It is computed on each call, at the cost of the inverse map.
   [[nodiscard]] Estimate estimate() const {
@@ -134,7 +139,7 @@ class ObserverCore {
   /// Returns the status of the latest step, or kReset if a bit flip has corrupted z or a stored reading since then.
   /// After kReset estimate() is meaningless until the next step.
   [[nodiscard]] constexpr StepStatus status() const {
-    return is_reachable(state_, model_->outputs) ? state_.status : StepStatus::kReset;
+    return is_reachable<Model>(state_, model_->outputs) ? state_.status : StepStatus::kReset;
   }
 
   /// Status of one channel in the latest step: output j, or input kNy + i. The step's status is the worst of all.
@@ -144,7 +149,7 @@ class ObserverCore {
     if (all == StepStatus::kRejected || all == StepStatus::kReset) return all;
     if (channel < 0 || channel >= kNy + kNu) return StepStatus::kRejected;
     const int at = channel < kNr - kNf ? channel : channel + kNf;
-    return status_of<kArithmetic>(state_.health[at], model_->stale_after);
+    return status_of<kArithmetic>(counted_health(at), model_->stale_after);
   }
 
   /// Returns true if z is within the range of the training and no reading is clamped. Otherwise estimate()
@@ -184,7 +189,7 @@ class ObserverCore {
 
   /// Continues from a saved state. Refused (false, nothing changed) unless stepping can reach it.
   [[nodiscard]] constexpr bool restore(const State& saved) {
-    if (!is_reachable(saved, model_->outputs)) return false;
+    if (!is_reachable<Model>(saved, model_->outputs)) return false;
     state_ = saved;
     return true;
   }
@@ -212,8 +217,11 @@ class ObserverCore {
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];             // y <- y_next
       turn_back<kArithmetic>(*model_, state_.y, state_.z);               // whole turns a: y <- y - a, z <- z - S a
     } else {
-      if (!is_reachable(state_, model_->outputs)) return reset_after_corruption();
-      if (held) return state_.status;         // nothing to hold yet
+      if (!is_reachable<Model>(state_, model_->outputs)) return reset_after_corruption();
+      if (held && !(kSlow && all_known())) {  // nothing to hold yet
+        keep_slow(y_next);
+        return state_.status;
+      }
       start(y_next, starts_steady(*model_));  // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
@@ -224,10 +232,13 @@ class ObserverCore {
   constexpr StepStatus start_steady(Readings y) {
     const Missing missing = fill_missing<true>(y, false, Scalar(0));
     Scalar accepted[kNr]{};
-    const bool held = model_->outputs.template validate<kArithmetic>(y, accepted, state_.health);
+    for (int j = 0; kSlow && j < kNr; ++j)
+      if (not_due<Model>(j) > 0) accepted[j] = state_.y[j];
+    const bool held = model_->outputs.template validate<kArithmetic, Model>(y, accepted, state_.health);
     for (int i = 0; i < kActing; ++i) state_.health[kNr + i] = 0;
     update_status(missing);
-    if (held) return is_reachable(state_, model_->outputs) ? state_.status : reset_after_corruption();
+    if (held && !(kSlow && all_known()))
+      return is_reachable<Model>(state_, model_->outputs) ? state_.status : reset_after_corruption();
     const auto& initial = model_->initial_latent();
     for (int r = 0; r < kNz; ++r) state_.z[r] = initial[r];
     state_.input = {};
@@ -263,7 +274,7 @@ class ObserverCore {
       const int missed = state_.started == 1 ? missed_samples(dt_s, model_->sample_period_s) : 0;
       ChannelHealth before[kNr + kActing]{};
       for (int i = 0; i < kNr + kActing; ++i)
-        state_.health[i] = before[i] = health_after_missed(state_.health[i], missed);
+        state_.health[i] = before[i] = health_after_missed(state_.health[i], missed, is_slow(i) ? kClampedBit : 0U);
       const bool held = validate(y, u, y_next, u_next);
       for (int i = 0; missed > 0 && i < kNr + kActing; ++i)
         state_.health[i] = health_after_gap(before[i], state_.health[i]);
@@ -272,7 +283,7 @@ class ObserverCore {
   }
   NLO_INLINE constexpr bool validate(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
                                      InputMemory<Scalar, kActing>& u_next) {
-    bool held = model_->outputs.template validate<kArithmetic>(y, y_next, state_.health);
+    bool held = model_->outputs.template validate<kArithmetic, Model>(y, y_next, state_.health);
     if constexpr (kActing > 0) held |= u_next.template validate<kArithmetic>(u, state_.health + kNr);
     return held;
   }
@@ -294,10 +305,35 @@ class ObserverCore {
         return;
       }
     }
-    StepStatus worst = status_of<kArithmetic>(state_.health[0], model_->stale_after);
+    StepStatus worst = status_of<kArithmetic>(counted_health(0), model_->stale_after);
     for (int i = 1; i < kNr + kActing; ++i)
-      worst = worse<kArithmetic>(worst, status_of<kArithmetic>(state_.health[i], model_->stale_after));
+      worst = worse<kArithmetic>(worst, status_of<kArithmetic>(counted_health(i), model_->stale_after));
     state_.status = worst;
+  }
+
+  static constexpr bool is_slow(int i) { return kSlow && i < kNr && not_due<Model>(i) > 0; }
+
+  /// Health of channel i as its status counts it.
+  constexpr ChannelHealth counted_health(int i) const {
+    return is_slow(i) ? due_health(state_.health[i], not_due<Model>(i)) : state_.health[i];
+  }
+
+  /// Returns true if each channel has arrived in this sample, or is a slow output that is not late.
+  constexpr bool all_known() const {
+    ChannelHealth any = 0;
+    for (int i = 0; i < kNr + kActing; ++i) any |= counted_health(i);
+    return (any & kHeldBit) == 0;
+  }
+
+  /// Keeps the slow outputs that arrive before the first sample that all others have.
+  constexpr void keep_slow(const Scalar (&y)[kNr]) {
+    for (int j = 0; kSlow && j < kNr; ++j)
+      if (is_slow(j)) state_.y[j] = start_value(j, y[j]);
+  }
+
+  constexpr Scalar start_value(int j, Scalar y) const {
+    const Scalar turn = model_->outputs.wrap[j];
+    return turn > Scalar(0) ? ReadingRange<Scalar, kNr>::template wrapped<kArithmetic>(y, turn) : y;
   }
 
   /// Returns true if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps,
@@ -316,10 +352,7 @@ class ObserverCore {
   }
 
   constexpr void start(const Scalar (&y)[kNr], bool steady) {
-    for (int j = 0; j < kNr; ++j) {
-      const Scalar turn = model_->outputs.wrap[j];
-      state_.y[j] = turn > Scalar(0) ? ReadingRange<Scalar, kNr>::template wrapped<kArithmetic>(y[j], turn) : y[j];
-    }
+    for (int j = 0; j < kNr; ++j) state_.y[j] = start_value(j, y[j]);
     if (steady) add_steady_state(*model_, state_.y, state_.z);
     if constexpr (requires { model_->template start<kArithmetic>(state_.y, state_.z); })
       model_->template start<kArithmetic>(state_.y, state_.z);

@@ -39,15 +39,16 @@ constexpr bool is_reachable(const Scalar (&z)[kNz]) {
 }
 
 /// Returns true if steps can lead to this state: z and inputs are finite, y is in its range (0 before the first
-/// measurement), and the flags are valid.
-template <class Scalar, int kNy, int kNz, int kNu>
+/// measurement, except for slow outputs, which are kept), and the flags are valid.
+template <class Model = void, class Scalar, int kNy, int kNz, int kNu>
 constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
                             const ReadingRange<Scalar, kNy>& outputs) {
   if (!is_reachable(state.z) || state.started > 1 || state.status > StepStatus::kReset) return false;
   if (!state.input.is_reachable()) return false;
   if (state.started == 1) return outputs.may_hold(state.y);
-  for (const Scalar y : state.y) {
-    if (!(y == Scalar(0))) return false;
+  for (int j = 0; j < kNy; ++j) {
+    const bool kept = not_due<Model>(j) > 0 && outputs.may_hold(j, state.y[j]);
+    if (!(state.y[j] == Scalar(0)) && !kept) return false;
   }
   return true;
 }
