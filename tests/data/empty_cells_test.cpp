@@ -73,6 +73,47 @@ TEST_F(EmptyCellsOfLogs, AnEmptyCellIsMissingInAnOutputHeldInAnInputAndUnscoredI
                   HasSubstr("\"u\" has no value in 0.25 % of the rows (1 of 400")));
 }
 
+TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodLacksOnlyTheSamplesThatWereDue) {
+  const auto slow = [](int k, char column) { return column == 'a' && k % 20 != 0; };
+  const Dataset unsaid = load(holey_config(), holey_log(slow));
+  EXPECT_EQ(unsaid.outputs[0].period_s, 0.0);
+  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("\"a\" has no value in 95 % of the rows"),
+                                               HasSubstr("write period_s = 0.2 at the column"))));
+  LogConfig config = holey_config();
+  config.columns[1].period_s = 0.2;
+  const Dataset data = load(config, holey_log(slow));
+  EXPECT_TRUE(report_.notes.empty()) << report_.notes[0];
+  EXPECT_EQ(data.outputs[0].period_s, 0.2);
+  EXPECT_EQ(data.trajectories[0].outputs, unsaid.trajectories[0].outputs);  // held between its samples
+  const auto lossy = [&](int k, char column) { return slow(k, column) || (column == 'a' && k > 100 && k < 170); };
+  load(config, holey_log(lossy));
+  EXPECT_THAT(report_.notes,
+              ElementsAre(HasSubstr("\"a\" lacks 3 of its 21 samples of period_s = 0.2 s (none for up to "
+                                    "0.8 s, in log.csv)")));
+  config.columns[1].period_s = 0.012;
+  EXPECT_THAT(error_in(config, holey_log(slow)),
+              HasSubstr("\"a\": period_s = 0.012 is not longer than the sample period, 0.01 s: remove it"));
+  config.columns[1].period_s = 0.0;
+  config.columns[2].period_s = 0.2;
+  EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is of columns with role \"output\""));
+}
+
+TEST(RegularSpacing, IsTheMeanOfThoseNearTheMedianIfTheyAreNineOfTen) {
+  const auto spacing = [](const std::function<bool(Eigen::Index)>& has_value) {
+    std::vector<Eigen::Index> empty;
+    for (Eigen::Index row = 0; row < 200; ++row)
+      if (!has_value(row)) empty.push_back(row);
+    return regular_spacing(empty, 200);
+  };
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3; }), 8);
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == (row / 8) % 2; }), 8) << "a jitter of one row: 7 or 9";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row != 83; }), 8) << "one lost";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row / 8 % 3 != 0; }), 0) << "control: a third lost";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 != 3; }), 0) << "control: a value in most rows";
+  EXPECT_EQ(spacing([](auto) { return true; }), 0);
+  EXPECT_EQ(spacing([](auto row) { return row % 80 == 0; }), 0) << "three values tell no period";
+}
+
 TEST_F(EmptyCellsOfLogs, ARunBeginsWhereEveryOutputAndInputHasAValue) {
   const Dataset data = load(holey_config(), holey_log([](int k, char column) {
                               return (column == 'a' && k < 7) || (column == 'u' && k < 12) || (column == 'b' && k < 50);

@@ -104,6 +104,27 @@ TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
   EXPECT_EQ(column(both, "voltage").why, "no option names it");
 }
 
+TEST_F(LogGuess, TakesAColumnWithAValueInEachNthRowForASlowSensor) {
+  const auto log = [](int period, bool slow_truth) {
+    return [=](int k) {
+      const auto slow = [&](double value) { return k % period == 0 ? shortest_text(value) : std::string(); };
+      return row({0.01 * k, std::sin(0.1 * k)}) + "," + slow(std::cos(0.1 * k)) + "," +
+             (slow_truth ? slow(0.1 * k * k) : shortest_text(0.1 * k * k));
+    };
+  };
+  const GuessedLog two_rates = guess("time,acc,pos,v", log(20, false));
+  EXPECT_EQ(column(two_rates, "acc").period_s, 0.0);
+  EXPECT_EQ(column(two_rates, "pos").role, ColumnRole::kOutput);
+  EXPECT_THAT(column(two_rates, "pos").why, HasSubstr("a value in each 20th row"));
+  EXPECT_NEAR(column(two_rates, "pos").period_s, 0.2, 1e-9);  // rounding of the stamps
+  EXPECT_EQ(column(two_rates, "v").role, ColumnRole::kState);
+  const GuessedLog one_rate = guess("time,acc,pos,v", log(1, false));
+  EXPECT_EQ(column(one_rate, "pos").role, ColumnRole::kState) << "control";
+  EXPECT_EQ(column(one_rate, "pos").period_s, 0.0);
+  const GuessedLog slow_truth = guess("time,acc,pos,v", log(20, true));
+  EXPECT_EQ(column(slow_truth, "pos").role, ColumnRole::kState) << "control: all of the rest are slow";
+}
+
 TEST_F(LogGuess, NamesTheNearestColumnOfAWrongHint) {
   EXPECT_THAT(thrown_message([&] {
                 guess("time,position,velocity",

@@ -36,7 +36,14 @@ struct EmptyCells {
   std::string worst;       ///< the file with the largest share
   double worst_share = 0.0;
   bool output = false, state = false, input = false;  ///< roles of the column
+  double period_s = 0.0;                              ///< period of a slow output in the experiment; else 0
+  double regular_s = 0.0;          ///< regular time between two values, if no period_s says it; else 0
+  Eigen::Index due = 0, lost = 0;  ///< expected and missing samples of a slow output
 };
+
+/// Returns the mean number of rows from one value of a column to the next, if it is 2 at least and nine of ten are
+/// within a quarter of their median; the others do not count. Else 0. `empty`: rows without a value; they increase.
+Eigen::Index regular_spacing(const std::vector<Eigen::Index>& empty, Eigen::Index rows);
 
 /// Adds the columns of `schema` in one more file. Once a column has empty cells, its rows in all files count.
 void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,

@@ -94,7 +94,10 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
   if ((column.delay_s > 0.0 || column.find_delay) && column.role != ColumnRole::kInput)
     fail_at(column, all,
             "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
+  if (column.period_s > 0.0 && column.role != ColumnRole::kOutput)
+    fail_at(column, all, "period_s is of columns with role \"output\": remove it; other columns may have empty cells");
   resolved.delay_s = column.delay_s;
+  resolved.period_s = column.period_s;
   resolved.missing = column.missing;
   if (column.role == ColumnRole::kTime && !column.missing.empty())
     fail_at(column, all, "missing is not of the time, whose wrong stamps are left out: remove it");

@@ -17,6 +17,7 @@ struct LogColumn {
   bool derivative = false;  ///< the zero-phase velocity of those values, times `rate`
   bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
   double delay_s = 0.0;     ///< an input acts this much later
+  double period_s = 0.0;    ///< period of an output that is slower than the rows; 0: measured in every row
   double scale = 1.0;       ///< value = scale * cell + offset
   double offset = 0.0;
   double rate = 1.0;  ///< for a derivative: its unit in units of the values per second

@@ -93,6 +93,17 @@ LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   return schema;
 }
 
+/// Throws Error where an output is said to be slow and is not.
+void check_periods(const LogSchema& schema, double sample_period_s) {
+  constexpr double kLeast = 1.5;  // sample periods, as codegen/model_file/validate.cpp
+  for (const LogColumn& output : schema.outputs)
+    if (output.period_s > 0.0 && output.period_s < kLeast * sample_period_s)
+      throw Error(fmt::format(
+          "[[log.columns]] \"{}\": period_s = {} is not longer than the sample period, {:.6g} s: remove it, "
+          "or give the seconds between two values of this sensor",
+          output.name, output.period_s, sample_period_s));
+}
+
 /// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns.
 /// `all_phases`: with every = n, n runs of each log in place of one, so that no row is lost.
 Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
@@ -146,6 +157,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
   if (!data.uniform)
     for (TimeStampReport& file : report.files) file.nominal = false;
   thin(config.every, all_phases ? config.every : 1, data);
+  check_periods(schema, data.sample_period_s);
   data.compute_outputs();
   return data;
 }

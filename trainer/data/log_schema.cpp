@@ -36,6 +36,7 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                       : column.wrap != 0.0              ? "wrap"
                       : !column.missing.empty()         ? "missing"
                       : column.delay_s != 0.0           ? "delay_s"
+                      : column.period_s != 0.0          ? "period_s"
                                                         : nullptr;
   if (other != nullptr)
     fail_at(
@@ -66,10 +67,10 @@ void append_computed(const LogConfig& config, LogSchema& schema) {
 
 void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
   if (column.sincos) {
-    channels.push_back({column.name + "_sin", "", 0.0});
-    channels.push_back({column.name + "_cos", "", 0.0});
+    channels.push_back({column.name + "_sin", "", 0.0, "", column.period_s});
+    channels.push_back({column.name + "_cos", "", 0.0, "", column.period_s});
   } else {
-    channels.push_back({column.name, column.unit, column.derivative ? 0.0 : column.wrap});
+    channels.push_back({column.name, column.unit, column.derivative ? 0.0 : column.wrap, "", column.period_s});
   }
 }
 

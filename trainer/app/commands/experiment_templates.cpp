@@ -102,6 +102,9 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
   if (!column.unit.empty()) text += key_line("unit", show_value(column.unit));
   if (!column.missing.empty())
     text += key_line("missing", show_cells(column.missing), "CHECK: unless these are readings");
+  if (column.role == ColumnRole::kOutput && column.period_s > 0.0)
+    text += key_line("period_s", fmt::format("{:.4g}", column.period_s),
+                     fmt::format("it has a value in one of {} rows: not due in the others", column.spacing));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
   text += key_line("wrap", show_wrap(column.wrap), "it jumps by a full turn");

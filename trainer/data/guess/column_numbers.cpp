@@ -11,6 +11,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv_records.h"
+#include "trainer/data/empty_cells.h"
 #include "trainer/data/impossible_values.h"
 #include "trainer/data/log_stamps.h"
 #include "trainer/data/time_stamps.h"
@@ -85,6 +86,8 @@ ColumnNumbers ColumnNumbers::of(const std::vector<CsvTable>& tables, const std::
     std::vector<Index> missing;
     numbers.files_.push_back(table.column(heading, missing, words.cells));
     const VectorXd& values = numbers.files_.back();
+    const Index spacing = regular_spacing(missing, table.rows());
+    numbers.spacing_ = numbers.files_.size() == 1 || spacing == numbers.spacing_ ? spacing : 0;
     numbers.increases_ =
         numbers.increases_ && missing.empty() && values.size() > 1 && (steps_of(values).array() > 0.0).all();
   }

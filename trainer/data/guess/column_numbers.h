@@ -43,12 +43,16 @@ class ColumnNumbers {
   };
   Steps steps() const;  ///< steps where it increases
 
+  /// Rows from one value to the next, the same in all files (regular_spacing()); 0: in every row, or not regular.
+  Eigen::Index spacing() const { return spacing_; }
+
   const std::vector<Eigen::VectorXd>& files() const { return files_; }
 
  private:
   std::vector<Eigen::VectorXd> files_;
   bool is_numeric_ = true, increases_ = true, is_text_ = false;
   double low_ = 1.0, high_ = 0.0;
+  Eigen::Index spacing_ = 0;
   std::string first_cell_;
   std::vector<std::string> missing_;
   std::string where_missing_;

@@ -130,6 +130,8 @@ class Guess {
     column.unit = parsed_[i].unit;
     column.low = numbers.low();
     column.high = numbers.high();
+    column.spacing = numbers.spacing();
+    column.period_s = static_cast<double>(column.spacing) * log_.clock.period_s;
     column.missing = numbers.missing();
     column.where_missing = numbers.where_missing();
     if (!numbers.is_numeric()) {
@@ -205,13 +207,22 @@ class Guess {
                                                      : fmt::format("did you mean \"{}\"?", nearest)));
   }
 
-  /// If some columns are named as sensors and none as truth, the rest is truth; and the other way round.
+  /// If some columns are named as sensors and none as truth, the rest is truth; and the other way round. But a column
+  /// with a value in each n-th row is a slow sensor if other columns of the rest have one in every row.
   void decide_by_exclusion() {
     const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
     if (sensors == truth) return;
+    const bool has_dense =
+        std::ranges::any_of(log_.columns, [](const GuessedColumn& c) { return !c.is_decided && c.spacing == 0; });
     for (GuessedColumn& column : log_.columns) {
       if (column.is_decided) continue;
       column.is_decided = true;
+      if (sensors && has_dense && column.spacing > 0) {
+        column.role = ColumnRole::kOutput;
+        column.why = fmt::format("CHECK: a value in each {}th row, and others have one in every row: a slow sensor?",
+                                 column.spacing);
+        continue;
+      }
       column.role = sensors ? ColumnRole::kState : ColumnRole::kOutput;
       column.why = sensors ? "CHECK: others are named as sensors, and this one is not: the truth?"
                            : "CHECK: others are named as truth, and this one is not: a sensor?";

@@ -27,6 +27,8 @@ struct GuessedColumn {
   std::vector<std::string> missing;  ///< cells that seem to stand for no value
   std::string where_missing;         ///< the first of them, and how many there are
   double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: it has none
+  Eigen::Index spacing = 0;          ///< rows from one value to the next; 0: it has one in every row, or not regularly
+  double period_s = 0.0;             ///< the same in seconds; 0, too, where no clock is known
 };
 
 struct GuessedClock {
