@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The cache as a yardstick and as a nuisance: how long it takes to load so many bytes from L1, and how to push what a
-// slow loop's neighbours would push out of it.
+// The cache in benchmarks: the time to load so many bytes from L1, and how to evict the data that a slow loop's
+// neighbours would evict.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Durations one by one: what a control loop cares for is the slowest, not the mean.
+// Durations one by one, because the slowest matters to a control loop, not the mean.
 #pragma once
 
 #include <algorithm>

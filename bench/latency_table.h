@@ -50,12 +50,12 @@ class FastestReporter : public benchmark::BenchmarkReporter {
   std::map<std::string, std::map<std::string, double>> fastest_ns_;
 };
 
-/// Ratios of what ran, printed and kept.
+/// Ratios of the benchmarks that ran, printed and kept.
 class Table {
  public:
   Table(const FastestReporter& times, Ratios& ratios) : times_(times), ratios_(ratios) {}
 
-  /// The fastest of `over`, `times` as often, over what `under` takes.
+  /// The fastest of `over`, `times` as often, over the time of `under`.
   void add(const std::string& network, const std::vector<std::string>& over, const std::string& under, double target,
            const std::string& name, double times = 1.0) {
     double fastest = 0.0;

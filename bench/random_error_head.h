@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The observers of random_model.h and random_structures.h with an error head on T*: what estimate_with_error() costs.
+// The observers of random_model.h and random_structures.h with an error head on T*, for the cost of
+// estimate_with_error().
 #pragma once
 
 #include <nlo/error_head.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observers with random weights, of any size, as constants: what a step costs does not depend on what was learned.
+// Observers with random weights, of any size, as constants. The cost of a step does not depend on the learned values.
 // Built like a generated header builds one. Benchmarks time them, the audits of the runtime look into them.
 #pragma once
 

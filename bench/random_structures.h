@@ -45,7 +45,7 @@ constexpr auto random_luenberger_model() {
   return model;
 }
 
-/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network or what is given.
+/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network or the given map.
 template <Activation kKind, int kWidth, int kDepth, class Map = RandomMap<kKind, 3, kWidth, kDepth, 2>>
 constexpr auto random_general_model(const Map& inverse_map = {random_mlp<kKind, 3, kWidth, kDepth, 2>()}) {
   using Dynamics = decltype(random_mlp<kKind, 4, kWidth, kDepth, 3>());

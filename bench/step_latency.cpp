@@ -50,7 +50,7 @@ constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
 struct Effort {
   int repetitions = 7;
   int cold_in_l2 = 400, cold_in_l3 = 60;  // samples, each after other memory
-  // [s]; shorter than the library's half a second: the fastest repetition is what counts
+  // [s]; shorter than the library's half a second: the fastest repetition counts
   const char* min_time = "0.02";
 } effort;
 
@@ -186,7 +186,7 @@ void add_reference_ratios(Table& table, const std::string& network, const std::s
   table.add(network, {"naive loops"}, "nlo", 0.0, "naive loops / nlo");
 }
 
-/// Multiply-adds of `plants` networks of the paper's size in `ns`, over what this machine's units do at most.
+/// Multiply-adds of `plants` networks of the paper's size in `ns`, relative to the peak of this machine's units.
 double share_of_peak(int plants, double ns) {
   constexpr double kMultiplyAdds = 3 * 50 + 3 * 50 * 50 + 50 * 2;
   return 2.0 * kMultiplyAdds * plants / (ns * 1e-9) / nlo::bench::peak_flops_of_one_thread<float>();

@@ -32,7 +32,7 @@ struct Comparison {
 ///   tolerance  share by which a median may fall, 0.1: 10 %
 Comparison compare(const Json& before, const Json& now, double tolerance);
 
-/// A result as Markdown: what was measured where, and a table per benchmark.
+/// A result as Markdown: the machine, and a table per benchmark.
 std::string markdown(const Json& result);
 
 }  // namespace nlo::bench

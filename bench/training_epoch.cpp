@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Training on the paper's Example 2: 50 trajectories of 2,501 samples, T* of 3-50x4-2 tanh, learned eigenvalues,
 // noise drawn afresh; loss and gradient, then Adam. Full batches, and 4,096 random samples of 32 trajectories per
-// step; and 32 gated units, T* of 32-32-2, on 16 segments of 20 s. Beside them, in the same run, what the machine
-// could do.
+// step; and 32 gated units, T* of 32-32-2, on 16 segments of 20 s. Beside them, in the same run, the
+// machine's limit.
 //   usage: training_epoch [EPOCHS] [--json FILE] [--smoke]     (10 unless given; the fastest and the median are shown)
 #include <Eigen/Core>
 #include <algorithm>

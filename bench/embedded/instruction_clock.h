@@ -61,7 +61,7 @@ __attribute__((noinline)) inline void two_hundred() {
   __asm__ volatile(".rept 200\nnop\n.endr");
 }
 
-/// Starts to count and finds what a tick is.
+/// Starts to count and determines the length of a tick.
 class InstructionClock {
  public:
   InstructionClock() {
@@ -76,7 +76,7 @@ class InstructionClock {
     return static_cast<std::uint32_t>((counted * (200 * kCalls) + all / 2) / all);
   }
 
-  /// The control: half the code takes half the ticks, or what is read is no count of instructions.
+  /// The control: half the code takes half the ticks, or the counter does not count instructions.
   bool counts() const { return known_ > 1000 && 2 * half_ <= known_ + 4 && known_ <= 2 * half_ + 4; }
 
  private:

@@ -39,7 +39,7 @@ NLO_PORT_MODEL(tanh_32x2, kTanh, 32, 2)
 NLO_PORT_MODEL_BATCH(relu_batch, kRelu)
 NLO_PORT_MODEL_BATCH(tanh_batch, kTanh)
 
-// One sample period: in = [z; y], padded; z is what the step changes.
+// One sample period: in = [z; y], padded; the step changes z.
 extern "C" void gated_32(float* in, float* gate, float* target, float (&z)[32]);
 extern "C" void gated_32(float* in, float* gate, float* target, float (&z)[32]) {
   nlo::kernels::gated_step<Arithmetic::kFast, true>(kGated.gates.mlp.layer, kGated.candidate.mlp.layer, in, gate,

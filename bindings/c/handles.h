@@ -38,7 +38,7 @@ struct NotKnown : codegen::Error {
 /// For nlo_last_error(); returns `code`.
 int keep(int code, const char* text) noexcept;
 
-/// Runs `work`; what it throws becomes a code and a text. `code_of_error`: of an Error that does not say more.
+/// Runs `work` and turns an exception into a code and a text. `code_of_error`: the code of an Error without its own.
 template <class Work>
 int guarded(int code_of_error, Work&& work) noexcept {
   try {

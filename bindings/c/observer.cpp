@@ -19,7 +19,7 @@ VectorXd state_of(const nlo_observer& observer) {
   return std::visit([](const auto& o) { return o.snapshot(); }, observer.any);
 }
 
-/// guarded() `work` on the observer, in its memory; what is thrown is in there, too.
+/// Runs guarded() `work` on the observer, in its memory. Exceptions are in this memory, too.
 template <class Observer, class Work>
 int on(Observer* observer, const Work& work, int code_of_error = NLO_FAILED) noexcept {
   const StepMemory::Use memory(observer == nullptr ? nullptr : observer->memory.get());
@@ -59,12 +59,12 @@ struct Free {  // its vectors go before the memory that they may lie in
   void operator()(nlo_observer* observer) const { nlo_observer_free(observer); }
 };
 
-/// With memory enough for what exercise() asks. What it does not suffice for comes from the system.
+/// Makes memory that is enough for exercise(). Beyond it, memory comes from the system.
 nlo_observer* with_memory(const std::shared_ptr<const Loaded>& loaded, int precision) {
   constexpr std::size_t kFirst = std::size_t{1} << 15, kMost = std::size_t{1} << 28;
   for (std::size_t bytes = kFirst;; bytes *= 2) {
     std::unique_ptr<nlo_observer, Free> observer(new nlo_observer(loaded, precision));
-    exercise(*observer);  // without: what a process makes at its first step and keeps is not of this observer
+    exercise(*observer);  // without it: allocations of a process at its first step do not belong to this observer
     observer->memory = std::make_unique<StepMemory>(bytes);
     exercise(*observer);
     if (!observer->memory->ran_out() || bytes >= kMost) return observer.release();

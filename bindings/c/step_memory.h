@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of an observer's steps. The reference writes equations as they stand, with vectors that come and go; what
-// these take during a step comes from here, made once with the observer, and goes back here.
+// The memory of an observer's steps. The reference writes equations with temporary vectors. Their memory during a
+// step comes from here. It is allocated once with the observer.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class StepMemory {
   /// take() has had to refuse.
   bool ran_out() const { return ran_out_; }
 
-  /// While it lives, what this thread takes inside of the library comes from `memory`, as long as there is some
+  /// During its lifetime, allocations of this thread inside of the library come from `memory`, as long as there is some
   /// (library_malloc.cpp). Null: nothing does.
   class Use {
    public:

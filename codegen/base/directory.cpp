@@ -68,7 +68,7 @@ void check_replaceable(const fs::path& folder) {
                       (folder / file.path).string()));
 }
 
-/// Exports wait for one another, and for nobody else: what is no export is refused before.
+/// Exports wait for each other only, because folders that are no exports are refused before.
 Descriptor hold_replaceable(const fs::path& folder) {
   check_folder(folder);
   Descriptor held = hold(folder.string());
@@ -93,7 +93,7 @@ int exchange(const std::string& made, const fs::path& place) {
   return ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, place.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno;
 }
 
-/// Throws Error, and then `place` is what it was.
+/// Throws Error; then `place` is unchanged.
 void replace(TemporaryFolder& made, const fs::path& place) {
   const Descriptor held = hold_replaceable(place);  // also while it has a temporary name
   const int refusal = exchange(made.name(), place);

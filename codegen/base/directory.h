@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Writes folders of generated files. A reader sees the old folder or the new one. Files that a person has made or
-// changed are never overwritten: a manifest in the folder lists what was generated, byte for byte.
+// changed are never overwritten: a manifest in the folder lists the generated files, byte for byte.
 #pragma once
 
 #include <string>

@@ -58,7 +58,7 @@ std::string target_of(const std::string& path) {
     if (i == kMostLinks) fail(path, "follow the link", ELOOP);
     const fs::path next = fs::read_symlink(target, error);
     if (error) fail(path, "follow the link", error.value());
-    target = target.parent_path() / next;  // an absolute one replaces what is left of it
+    target = target.parent_path() / next;  // an absolute path replaces the left part
   }
   return target.string();
 }

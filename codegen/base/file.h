@@ -13,8 +13,8 @@ namespace nlo::codegen {
 std::string read_file(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
 
 /// Replaces the contents of `path` by `text`: writes a temporary file beside it, syncs and renames it. Follows links,
-/// also to a file that does not exist yet. Writes directly to what is no regular file (/dev/stdout, a pipe). On an
-/// Error the file is unchanged.
+/// also to a file that does not exist yet. Writes directly to a path that is no regular file (/dev/stdout, a pipe). On
+/// an Error the file is unchanged.
 void write_file_atomically(const std::string& path, std::string_view text);
 
 /// Writes like write_file_atomically() over a file whose contents were `read`. Throws Error if the contents have

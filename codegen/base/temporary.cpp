@@ -34,7 +34,7 @@ void lock(int fd) {
   }
 }
 
-/// Whether `name` is still what `fd` was opened as.
+/// Whether `name` is still the file that `fd` was opened for.
 bool is_at(int fd, const std::string& name) {
   struct stat opened {
   }, found{};
@@ -58,7 +58,8 @@ void remove_leftovers(const std::string& path) {
   const std::string start = target.filename().string() + kMark;
   const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
   const std::unique_ptr<DIR, int (*)(DIR*)> entries(::opendir(folder.c_str()), ::closedir);
-  std::vector<fs::path> found;  // first all, for what is removed while one looks may be seen twice or not at all
+  // Lists all of them first, because a file that is removed during the search may be seen twice or not at all.
+  std::vector<fs::path> found;
   while (const dirent* const entry = entries ? ::readdir(entries.get()) : nullptr) {
     const std::string_view name = entry->d_name;
     if (name.size() == start.size() + kRandomSize && name.starts_with(start)) found.push_back(folder / name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions: what an observer's prior is made of.
-// One text for all who step them: in double and float, in lanes side by side and back, in intervals.
+// The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions, from which an observer's prior is
+// made. One text serves all arithmetics: double and float, lanes side by side and back, intervals.
 #pragma once
 
 #include <nlo/covariance.h>
@@ -31,7 +31,7 @@ Scalar kept_within(Scalar x, double low, double high) {
 }
 Interval kept_within(Interval x, double low, double high);
 
-/// The equations, and what an extended Kalman filter adds to them: the covariance P of x between measurements,
+/// The equations with those of an extended Kalman filter for the covariance P of x between measurements,
 ///   dP/dt = F P + P F',  F = df/dx,
 /// stepped with x as [x; p], p the upper triangle of P row by row; and the slopes dh/dx of the outputs.
 class Equations {
@@ -40,7 +40,7 @@ class Equations {
   static constexpr int kMostCarried = kMostStates + triangle_size(kMostStates);
 
   Equations() = default;
-  /// Throws Error, naming the equation and what is wrong with it.
+  /// Throws Error with the equation and the reason.
   Equations(const EquationTexts& texts, const std::vector<Channel>& states, const std::vector<Channel>& inputs);
 
   int nx() const { return nx_; }

@@ -14,7 +14,7 @@
 
 namespace nlo::codegen {
 
-/// Descends through sums, products and powers, and appends what it meets in the order of evaluation.
+/// Descends through sums, products and powers, and appends the nodes in the order of evaluation.
 class ExpressionParser {
  public:
   using Kind = Expression::Kind;
@@ -90,7 +90,7 @@ class ExpressionParser {
     }
   }
 
-  /// By what follows. By a number: times what 1 divided by it is, which is false.
+  /// Divides by the following expression. Multiplying by the reciprocal of a number would round differently.
   bool divides() {
     const std::size_t first = nodes_.size();
     factor();
@@ -131,7 +131,7 @@ class ExpressionParser {
     }
   }
 
-  /// A reading, a function of what stands in parentheses behind it, or pi.
+  /// A reading, a function of the expression in parentheses behind it, or pi.
   void name() {
     std::size_t end = at_;
     while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) != 0 || text_[end] == '_'))
@@ -144,7 +144,7 @@ class ExpressionParser {
     }
     if (functions_ && function(word, end)) return;
     std::vector<std::string> known = names_;
-    std::erase(known, "");  // in the place of what may not be read
+    std::erase(known, "");  // in place of names that must not be read
     fail("expression \"{}\" reads \"{}\": expected a measured output that does not wrap, or an input{}; there is {}",
          text_, word, functions_ ? ", or a function (" + function_names() + ", tan)" : "", fmt::join(known, ", "));
   }

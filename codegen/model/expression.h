@@ -31,7 +31,7 @@ class Expression {
   };
 
   /// `names` are those of the readings that it may read, in their order; "" in the place of one that it may not. Throws
-  /// Error, with the place in `text` and what is allowed there.
+  /// Error, with the place in `text` and the expected symbols.
   Expression(std::string_view text, const std::vector<std::string>& names, Language language = Language::kPolynomial);
   explicit Expression(std::vector<Node> nodes);
 

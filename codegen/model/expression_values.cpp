@@ -48,8 +48,8 @@ Scalar number_of(Function function, Scalar x) {
   }
 }
 
-/// Outwards by more than what rounding, or the standard library (assumed within 4 units in the last place), is off by;
-/// a value of 0 stays.
+/// Widens by more than the errors of rounding and of the standard library (assumed within 4 units in the last place). A
+/// value of 0 stays.
 Interval outwards(double low, double high, double units = 1.0) {
   const double by = units * std::numeric_limits<double>::epsilon();
   return {low - by * std::abs(low), high + by * std::abs(high)};

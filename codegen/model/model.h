@@ -23,7 +23,7 @@ namespace nlo::codegen {
 /// An observer of sampled outputs y with a latent state z: the fields that every structure has, and the part of its own
 /// structure, whose equations are in structures/. `hold` is the course of y between samples.
 struct Model {
-  std::string name;              ///< an identifier: namespace and file name of what is exported
+  std::string name;              ///< an identifier: namespace and file name of the export
   std::vector<Channel> outputs;  ///< measured outputs, then computed ones (computed_outputs.h)
   std::vector<Channel> states;
 

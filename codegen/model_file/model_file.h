@@ -11,7 +11,7 @@
 
 namespace nlo::codegen {
 
-/// Reads and validates. Throws Error: `FILE: FIELD: what is wrong and what to do`.
+/// Reads and validates. Throws Error: `FILE: FIELD: reason and remedy`.
 Model read_model(const std::string& path);
 
 /// Reads a model from text. Messages name `origin` in place of the file.
@@ -20,7 +20,7 @@ Model parse_model(std::string_view json, const std::string& origin);
 /// One line per matrix row. Throws Error when a number is not finite or a text is not UTF-8.
 std::string to_json(const Model& model);
 
-/// Validates, then replaces the file atomically: what stands on disk can always be read again.
+/// Validates, then replaces the file atomically, so that the file on disk can always be read again.
 void write_model(const Model& model, const std::string& path);
 
 /// Writes like write_model() over the file that the model was made from, whose text was `read`. Throws Error if the

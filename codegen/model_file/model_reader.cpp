@@ -82,7 +82,7 @@ int version_of(const Field& file) {
   const Field version = file["version"];
   if (!version.value.is_number_integer())
     version.fail(fmt::format("is not a whole number; this nlo reads versions 1 to {}", kModelVersion));
-  const double number = version.value.get<double>();  // whatever its size
+  const double number = version.value.get<double>();  // of any size
   if (number > kModelVersion)
     version.fail(fmt::format("is {}; this nlo reads versions 1 to {}: a newer nlo wrote the file, update this one",
                              version.value.dump(), kModelVersion));
@@ -145,7 +145,7 @@ Model model_of(const Field& file) {
   return m;
 }
 
-/// Refuses what the JSON library would take: nesting without end, and keys given twice (it keeps one of them).
+/// Refuses text that the JSON library would accept: unlimited nesting, and keys given twice (it keeps one of them).
 class Guard {
  public:
   bool operator()(int depth, Json::parse_event_t event, Json& parsed) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Model files of older versions, brought up to that of today before they are read: one function for each step. What
-// makes a new version and what does not: docs/model_files.md.
+// Model files of older versions, brought up to that of today before they are read: one function for each step.
+// docs/model_files.md says which changes make a new version.
 #pragma once
 
 #include <nlohmann/json.hpp>

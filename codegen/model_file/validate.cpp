@@ -39,7 +39,7 @@ void check_inputs(const Model& m) {
         "input_hold is first_order, and hold zero_order; an input runs as the outputs do, or is a command: zero_order");
 }
 
-/// Outputs that are computed, of what the structure can be given.
+/// Checks that outputs are computed only from readings that the structure can have.
 void check_computed(const Model& m) {
   for (const auto& [channels, field] : {std::pair{&m.inputs, "inputs"}, std::pair{&m.states, "states"}})
     for (std::size_t i = 0; i < channels->size(); ++i)

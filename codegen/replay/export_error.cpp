@@ -43,7 +43,7 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   MatrixXd gain = folded.steady_gain;
   for (int j = 0; j < m.nr(); ++j)
     if (is_relative(m, j)) gain.col(j).setZero();  // the domain goes with it
-  // Least squares in units of the domain; what no latent state follows keeps its middle.
+  // Least squares in units of the domain; outputs that no latent state follows keep their middle.
   const MatrixXd scaled = half_z.cwiseInverse().asDiagonal() * gain * half_y.asDiagonal();
   if (scaled.isZero(0.0)) return ranges;
   const VectorXd off = (middle_z - gain * middle_y).cwiseQuotient(half_z);
@@ -57,7 +57,7 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   return ranges;
 }
 
-/// Both sides see the very same measurements, whatever the scalar.
+/// Both sides get the same measurements, for any scalar.
 MatrixXd in_float(const MatrixXd& values) {
   return values.cast<float>().cast<double>();
 }

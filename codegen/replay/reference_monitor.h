@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules, and what limits are found
-// and tested with.
+// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules. Limits are found and
+// tested with it.
 #pragma once
 
 #include <nlo/monitor.h>
@@ -13,8 +13,8 @@
 
 namespace nlo::codegen {
 
-/// [z - S y; y; x_hat] of each sample of a run, (n_z + n_r + n_x) x N: what a prediction reads. What must not matter to
-/// it, readings that T* knows only through z - S y and estimates of angles that turn, is zero.
+/// [z - S y; y; x_hat] of each sample of a run, (n_z + n_r + n_x) x N, for predictions. Entries that must
+/// not affect a prediction are zero: readings that T* uses only as z - S y, and estimates of angles that turn.
 Eigen::MatrixXd monitor_features(const Model& model, const Run& run);
 
 class ReferenceMonitor {

@@ -77,7 +77,7 @@ void ReferenceObserver<Scalar>::step(const Eigen::VectorXd& y, const Eigen::Vect
   take(y, u, true, dt_s);
 }
 
-// [started, status, z, what the validation holds]
+// [started, status, z, state of the validation]
 template <class Scalar>
 Eigen::Index ReferenceObserver<Scalar>::snapshot_size() const {
   return 2 + z_.size() + validation_->held_values().size();

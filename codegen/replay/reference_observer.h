@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The equations of structures/ as they stand there, with dynamic sizes and nothing folded: the oracle that exports are
-// tested against (double) and what `nlo evaluate` runs over whole trajectories (float).
+// The equations of structures/ with dynamic sizes and nothing folded. It is the oracle for exports (double), and
+// `nlo evaluate` runs it over whole trajectories (float).
 #pragma once
 
 #include <nlo/vector.h>
@@ -25,7 +25,7 @@ struct Run {
   Eigen::MatrixXd y;           ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
   Eigen::MatrixXd sigma = {};  ///< n_x x N, half widths of the 68 % intervals; 0 x 0 for a model without an error head
   Eigen::MatrixXd widened_sigma = {};   ///< n_x x N, as the monitor widens them; 0 x 0 without error head or monitor
-  std::vector<StepStatus> status = {};  ///< N, what the observer said of each step
+  std::vector<StepStatus> status = {};  ///< N, status of each step
   std::vector<bool> in_domain = {};     ///< N, as in_domain() of the observer
 };
 
@@ -92,9 +92,9 @@ class ReferenceObserver {
   void restore(const Eigen::VectorXd& snapshot);
 
   /// A whole trajectory from reset: `outputs` n_y x N, `inputs` n_u x N (0 x 0 where there are none), `time_s` N. With
-  /// `uniform` each step is the sample period, else it is the difference of the time stamps, where what is the sample
-  /// period but for the stamps' rounding counts as it. Estimates are matrix products over blocks of samples. Throws
-  /// Error when the inputs are not those of the model.
+  /// `uniform` each step is the sample period, else it is the difference of the time stamps, where a difference that
+  /// is the sample period but for the stamps' rounding counts as the period. Estimates are matrix products over blocks
+  /// of samples. Throws Error when the inputs are not those of the model.
   Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform,
           Angles angles = Angles::kUnwrapped);
 
@@ -105,7 +105,7 @@ class ReferenceObserver {
   /// 0 x 0 of a model that knows none. known, N: error_is_known() of the observer.
   Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y, const std::vector<bool>& known) const;
 
-  /// The last hidden layer of T* there, n_h x N, of a model whose T* has one: what `error` of a model reads.
+  /// The last hidden layer of T* there, n_h x N, for a model whose T* has one. The error head reads it.
   Eigen::MatrixXd last_hidden(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
  private:
@@ -117,7 +117,7 @@ class ReferenceObserver {
   Matrix saturated(const Matrix& z, const Matrix& y) const;
   Matrix read_by_map(const Matrix& z, const Matrix& y) const;
 
-  std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
+  std::unique_ptr<const Model> model_;  // one place for all holders of the observer
   LatentDomain domain_;
   Eigen::MatrixXd steady_gain_;  // S, n_z x n_r
   std::unique_ptr<SampleValidation> validation_;

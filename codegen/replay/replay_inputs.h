@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Measurements that try an observer: what `replay` feeds it.
+// Measurements that test an observer, for `replay`.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An export against its model: replay inputs through the model's equations in double and, beside them, through the
-// exported arithmetic, emulated on this machine. Golden answers come from here; what an export states of its error,
+// exported arithmetic, emulated on this machine. Golden answers come from here; the stated error of an export comes
 // from export_error.h.
 #pragma once
 
@@ -21,7 +21,7 @@ namespace nlo::codegen {
 /// of numbers is one more case here.
 class ExportedObserver {
  public:
-  /// `quantised`: what is in integers, which must outlive this; null in the other scalars.
+  /// `quantised`: the parts in integers, which must outlive this; null in the other scalars.
   ExportedObserver(const Model& model, const FoldedModel& folded, const QuantisedModel* quantised, ScalarType scalar);
 
   void reset();

@@ -45,7 +45,7 @@ class SampleValidation {
   StepStatus status(Eigen::Index output) const { return status_of(static_cast<std::size_t>(output)); }
 
  private:
-  /// Health of a channel: the number of samples in a row that were not used unchanged, and what happened to the last.
+  /// Health of a channel: the number of samples in a row that were not used unchanged, and the event of the last.
   struct Health {
     int count = 0;
     bool held = false;     ///< its last good value was used

@@ -14,8 +14,8 @@
 
 namespace nlo::codegen {
 
-/// D and F of one component as a KKL observer of it, whose output is as large as the vectors are long: what is true of
-/// its z is true of the length of the vectors that its modes carry.
+/// D and F of one component as a KKL observer of it, whose output is as large as the vectors are long. Bounds of its
+/// z are bounds of the length of the vectors that its modes carry.
 inline Model component_of(const Model& m) {
   const Carried& own = std::get<Carried>(m.structure);
   Model one;

@@ -127,7 +127,8 @@ void check_parameters(const EquationTexts& texts) {
 }
 
 /// From wherever x is kept, a piece of a step and its innovation stay far from float's largest. Slopes that RK4 meets
-/// beyond may have no bound, of quotients and functions: what has none in flight is not a number, and resets.
+/// beyond may have no bound, for quotients and functions. In flight such a value is not a number, and the observer
+/// resets.
 void check_bounded(const Model& m, const Prior& own, const Equations& equations) {
   constexpr double kLongestPiece = 1.5;  // sample periods
   const int carried = carried_by(m);
@@ -144,7 +145,7 @@ void check_bounded(const Model& m, const Prior& own, const Equations& equations)
           "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
           what, i, of.low, of.high, kLargestNumber);
   };
-  // Behind the outputs are their slopes, behind f what it makes of the covariance.
+  // Behind the outputs are their slopes, behind f the change of the covariance.
   const auto check_all = [&](const std::vector<Interval>& all, const char* first, Index count, const char* others) {
     for (Index i = 0; i < static_cast<Index>(all.size()); ++i) {
       const Interval& one = all[static_cast<std::size_t>(i)];

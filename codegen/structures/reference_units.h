@@ -11,7 +11,7 @@
 
 namespace nlo::codegen {
 
-/// Gated units of a gated observer (codegen/model/gated.h), whatever they read beside z.
+/// Gated units of a gated observer (codegen/model/gated.h), with any readings beside z.
 template <class Scalar>
 class ReferenceUnits {
  public:

@@ -42,7 +42,7 @@ class StructureModule {
   /// Sets model.structure from them.
   virtual void read(const Field& file, Model& model) const = 0;
   virtual void write(const Model& model, JsonObject& file) const = 0;
-  /// Throws Error naming the field, what is wrong and what to do. What all models have is right already.
+  /// Throws Error with the field, the reason and the remedy. The common fields of all models have been checked before.
   virtual void check(const Model& model) const = 0;
 
   // Questions of other code (codegen/model/model.h).
@@ -69,7 +69,7 @@ class StructureModule {
   virtual bool may_diverge() const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
-  /// |z| at most, n_z, whatever is measured, where the equations say so by themselves.
+  /// Bound of |z| for any measurements, n_z, if the equations imply one.
   virtual std::optional<Eigen::VectorXd> latent_limit(const Model&) const { return std::nullopt; }
   /// The contraction that the weights prove: Contraction::none() if they prove none, nothing if no proof is known.
   virtual std::optional<Contraction> contraction(const Model&) const { return std::nullopt; }

@@ -62,7 +62,7 @@ Network* inverse_map(Model& m) {
   return module_of(m).inverse_map(m);
 }
 const Network* inverse_map(const Model& m) {
-  return inverse_map(const_cast<Model&>(m));  // a module does not change what it finds
+  return inverse_map(const_cast<Model&>(m));  // a module does not change it
 }
 
 LinearLatent* linear_latent(Model& m) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Folders with the C99 pair and what another framework puts around it: each file comes from a template
+// Folders with the C99 pair and the files of another framework around it. Each file comes from a template
 // (templates/simulink, templates/px4, templates/simplefoc).
 #pragma once
 
@@ -22,7 +22,7 @@ std::vector<NamedText> px4_module(const PreparedExport& prepared);
 /// Error when c99() does, and where options().roles do not tell, or name, an angle and a velocity.
 std::vector<NamedText> simplefoc(const PreparedExport& prepared);
 
-/// The pair in `sources` ("src/"), and templates/TARGET filled with what is known of any wrapper and with `more`.
+/// The pair in `sources` ("src/"), and templates/TARGET filled with the values of every wrapper and with `more`.
 std::vector<NamedText> around_c99(const PreparedExport& prepared, const std::string& target,
                                   std::map<std::string, std::string> more = {}, const std::string& sources = "");
 

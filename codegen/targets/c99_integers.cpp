@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Integers of whatever type as an initialiser, `columns` to a line.
+/// Integers of any type as an initialiser, `columns` to a line.
 template <class Values>
 std::string integers(const Values& values, std::size_t columns) {
   std::string text = "{";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Layers in int16 in C99: their tables, and what evaluates them.
+// Layers in int16 in C99: their tables and their evaluation.
 #pragma once
 
 #include <string>

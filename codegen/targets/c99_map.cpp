@@ -122,7 +122,7 @@ bool is_map(const FoldedNetwork& n) {
   return n.field == "inverse_map";
 }
 
-/// The head of NAME_estimate, up to where `in` is what T* reads.
+/// The head of NAME_estimate, up to the point where `in` has the inputs of T*.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const FoldedNetwork* map = folded.inverse_map();
   const bool reads_output = map != nullptr && map->inputs() > m.nz();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The networks of an observer in C99: their weights as tables, what evaluates them, and NAME_estimate.
+// The networks of an observer in C99: their weights as tables, their evaluation, and NAME_estimate.
 #pragma once
 
 #include <Eigen/Core>

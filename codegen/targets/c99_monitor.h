@@ -10,7 +10,7 @@
 
 namespace nlo::codegen {
 
-/// MONITOR and MONITOR_BODY, templates of its own (empty where the model has none), and what their keys stand for.
+/// MONITOR and MONITOR_BODY, templates of its own (empty where the model has none), and the values of their keys.
 void add_c99_monitor(const Model& model, const Initialiser& init, std::map<std::string, std::string>& values);
 
 }  // namespace nlo::codegen

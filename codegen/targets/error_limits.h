@@ -16,11 +16,11 @@ Eigen::VectorXd error_limits(const std::string& text, const Model& model);
 /// "11,602 samples in its domain, of flights that training recorded".
 std::string samples_text(const ExportError& error);
 
-/// A line per state: the largest error in the domain, what 99.9 % are within, rms, and the largest outside.
+/// A line per state: the largest error in the domain, the 99.9 % quantile, rms, and the largest outside.
 std::string error_table(const PreparedExport& prepared);
 
-/// Empty when every maximum in the domain is within its limit (n_x; infinite: free); else which state is not, by how
-/// much, and what would mend it.
+/// Empty when every maximum in the domain is within its limit (n_x; infinite: free); else the state that exceeds it,
+/// by how much, and the remedy.
 std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd& limits);
 
 }  // namespace nlo::codegen

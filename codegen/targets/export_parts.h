@@ -27,7 +27,7 @@ std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activation
 /// The model's provenance as lines of comment, a heading above them; empty when there is none.
 std::string facts(const Model& model);
 
-/// The readings as lines of comment: the range in which each is used unchanged, and what happens beyond.
+/// The readings as lines of comment: the range in which each is used unchanged, and the treatment beyond.
 std::string ranges_text(const PreparedExport& prepared);
 
 /// Lines of comment on numbers that are not plain scalars (int16, weights of 16 bits, a chosen tanh). Empty for plain

@@ -26,7 +26,7 @@ class PreparedExport {
 
   const Model& model() const { return model_; }
   const ExportOptions& options() const { return options_; }  ///< with the tanh that was chosen
-  const std::string& name() const { return name_; }          ///< namespace and file name of what is generated
+  const std::string& name() const { return name_; }          ///< namespace and file name of the export
   const FoldedModel& folded() const { return folded_; }      ///< in the numbers of options()
   const QuantisedModel* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< for int16
   const Initialiser& initialiser() const { return initialiser_; }

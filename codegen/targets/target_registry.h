@@ -26,8 +26,8 @@ struct ExportTarget {
   ExportForm form;
   /// The files, their paths relative to where the export goes. Throws Error.
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
-  bool of_c99 = false;       ///< made of what the c99 pair has: no standard deviations, one tanh
-  bool roles = false;        ///< asks which channels are what (ExportOptions::roles)
+  bool of_c99 = false;       ///< has the parts of the c99 pair only: no standard deviations, one tanh
+  bool roles = false;        ///< needs roles of channels (ExportOptions::roles)
   bool no_observer = false;  ///< its files belong to an observer of another target
 };
 

@@ -10,7 +10,7 @@
 
 namespace nlo::codegen {
 
-/// Throws Error when `output` is no place for what `target` has generated:
+/// Throws Error if `output` is no place for the files of `target`:
 ///   kFile       `output` is the file
 ///   kFiles      `output` is the first of the files and must have its name, for the others include it by that
 ///   kDirectory  `output` is the folder: new, empty, or as an export has left it

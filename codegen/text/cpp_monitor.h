@@ -23,7 +23,7 @@ struct MonitorConstant {
 /// The constants of a model that has a monitor, as for all functions here.
 std::vector<MonitorConstant> monitor_constants(const Model& model, const Initialiser& init);
 
-/// A comment: what its limits were set for.
+/// A comment on the rate that its limits were set for.
 std::string monitor_promise(const Monitor& monitor);
 
 std::string cpp_monitor(const Model& model, const Initialiser& init);

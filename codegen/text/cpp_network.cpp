@@ -35,7 +35,7 @@ std::string panels(const Initialiser& init, const Eigen::MatrixXd& weights, cons
   return text + "\n    }";
 }
 
-/// Small integers of whatever type, `{a, b, c}`.
+/// Small integers of any type, `{a, b, c}`.
 template <class Vector>
 std::string integers(const Vector& values) {
   std::string text = "{";

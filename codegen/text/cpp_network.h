@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A folded network as C++: its layers as constants, its type, its initialiser, and what it costs.
+// A folded network as C++: its layers as constants, its type, its initialiser, and its cost.
 #pragma once
 
 #include <Eigen/Core>

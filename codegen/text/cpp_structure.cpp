@@ -38,7 +38,7 @@ std::string CppStructureBase::trailing_fields() const {
 
 namespace {
 
-/// Template arguments of a model behind T*, and what the comment behind them calls each.
+/// Template arguments of a model behind T*, and the name of each in the comment behind them.
 struct Arguments {
   std::string values, words;
   void add(const std::string& value, const char* word) {

@@ -22,7 +22,7 @@ enum class WeightType : std::uint8_t {
 };
 
 struct ExportOptions {
-  std::string name;  ///< namespace and file name of what is generated; empty: the model's own
+  std::string name;  ///< namespace and file name of the export; empty: the model's own
   ScalarType scalar = ScalarType::kFloat;
   WeightType weights = WeightType::kFull;
   Activation tanh = Activation::kTanh;  ///< one of the runtime's three tanh; PreparedExport sets this and max_error

@@ -21,7 +21,7 @@ namespace {
 constinit Observer observer{kModel};
 constinit Monitor monitor{kMonitor};
 int faults = 0;        // measurements that were clamped, or replaced by the last good one
-int outside = 0;       // estimates from outside what training has seen
+int outside = 0;       // estimates outside of the training domain
 int alarms = 0;        // ticks at which the monitor says that the plant or the sensor is another one
 float command = 0.0F;  // output to the actuator
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A fixed rate from absolute deadlines: sleeping "until", never "for", so that what a tick costs does not add up to
-// drift. Also what a Linux process may ask for to keep its deadlines.
+// A fixed rate from absolute deadlines: sleeping "until", never "for", so that the cost of a tick does not add up to
+// drift. Also the requests of a Linux process that help to keep deadlines.
 #pragma once
 
 #include <pthread.h>

@@ -8,7 +8,7 @@
 //                   take over with exchanged() below; without a model, go on with the one that was compiled in
 //
 // Two exports have the same layout when they have the same structure, sizes and scalar type, so a new training of the
-// same experiment fits. Copy this header, and change what it should ask for.
+// same experiment fits. Copy this header and change its requirements.
 #pragma once
 
 #include <nlo/vector.h>
@@ -130,7 +130,7 @@ struct CheckedModel {
 };
 
 /// The model in `size` bytes at `data`, which must stay there as long as an observer uses it.
-///   least_version  what a unit refuses to go back behind
+///   least_version  a unit refuses older versions
 template <class Observer>
 CheckedModel<typename Observer::Model> checked_model(const void* data, std::size_t size, std::uint32_t least_version) {
   using Model = typename Observer::Model;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // An observer beside a filter that you have, an EKF for example. Both run at every sample. The observer's estimate is
-// used while nothing speaks against it, the filter's otherwise, and what the loop gets does not jump when they change:
+// used while nothing speaks against it, the filter's otherwise, and the estimate for the loop does not jump when they
+// change:
 //
 //   x_hat_k = active_k + offset_k
-//   offset_k = fade offset_{k-1}              offset_k = (what the other would have given) - active_k at a hand-over
+//   offset_k = fade offset_{k-1}              offset_k = (the other's x_hat) - active_k at a hand-over
 //
-// No heap, no exceptions. Copy it, and change what should speak against an observer of yours: speaks_against().
+// No heap, no exceptions. Copy it, and change the conditions against your observer: speaks_against().
 #pragma once
 
 #include <nlo/monitor.h>
@@ -35,7 +36,8 @@ class Supervisor {
   constexpr Supervisor(Observer& observer, Monitor& monitor, Filter& filter, const SupervisorConfig& config = {})
       : observer_(observer), monitor_(monitor), filter_(filter), config_(config) {}
 
-  /// One sample of both, and what the loop should use. Finite where one of the two is; otherwise the last one that was.
+  /// Steps both over one sample. Returns the estimate for the loop. Finite where one of the two is; otherwise the last
+  /// one that was.
   Estimate step(const Output& y) {
     const StepStatus status = observer_.step(monitor_.usable_outputs(y, observer_));
     filter_.step(y);

@@ -54,13 +54,13 @@ struct SensorNoise {
   OutageRate& outage(OutageKind which) { return outages[static_cast<std::size_t>(which)]; }
   const OutageRate& outage(OutageKind which) const { return outages[static_cast<std::size_t>(which)]; }
   bool fails() const { return outages != decltype(outages){}; }
-  /// It gives what passes for a measurement and is none.
+  /// Its output during an outage looks like a measurement.
   bool lies() const;
 
   bool delayed() const { return delay_high > 0.0; }
   /// It measures at other times than the observer is told.
   bool shifted() const { return delayed() || jitter > 0.0; }
-  /// Now and then what is measured is far off, however far.
+  /// Some measurements are far off, without a limit.
   bool has_tails() const;
   /// Whether the noise changes a measurement.
   bool disturbed() const {
@@ -89,7 +89,7 @@ struct NoiseConfig {
   bool operator==(const NoiseConfig&) const = default;
 };
 
-/// Noises that trajectories meet in turn, eight of them the same one: as many of each, whatever the step.
+/// Noises that trajectories meet in turn, eight of them the same one. Each noise is equally frequent at every step.
 struct NoiseMixture {
   std::vector<NoiseConfig> parts;  ///< at least one
 
@@ -100,7 +100,7 @@ struct NoiseMixture {
   const NoiseConfig& of(std::uint64_t group) const { return parts[group % parts.size()]; }
 };
 
-/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the forms there are.
+/// One noise, or several with commas between them. Throws codegen::Error with the reason and the possible forms.
 /// A scale must be finite and not negative.
 NoiseConfig parse_noise(std::string_view text);
 

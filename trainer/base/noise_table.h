@@ -37,7 +37,7 @@ struct NoiseRow {
   /// Range of the second number, an integer; least > most: there is none.
   int least_shape = 1, most_shape = 0;
 
-  // All of scale 1; a sensor's scale multiplies what is drawn.
+  // All of scale 1; a sensor's scale multiplies the draws.
   double variance;     ///< nominal: of t, which may have none, that of its normal numerator
   double largest;      ///< |v| that is never exceeded; infinite: it may be anything
   bool tails = false;  ///< now and then v is far off, however far

@@ -38,7 +38,7 @@ ThreadPool::ThreadPool(int threads) {
   const int wanted = threads > 0 ? threads : cores;
   const std::string refusal = start(wanted);
   if (refusal.empty()) return;
-  // More than the cores only take memory, and the work needs what is left of it.
+  // More threads than cores only take memory, which the work needs.
   if (this->threads() > cores) {
     stop();
     start(cores);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A fixed set of threads that share out numbered tasks. Which thread runs a task must not matter: tasks write to
-// places of their own, and whoever adds them up does so in the order of their numbers.
+// places of their own, and code that adds them up does so in the order of their numbers.
 #pragma once
 
 #include <atomic>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Random numbers for training: many streams, eight at a time, the same on every platform. A stream is named by
-// (seed, purpose, step, index) and carries no state from step to step, so a resumed run draws what an uninterrupted
-// one would have drawn, on any number of threads.
+// (seed, purpose, step, index) and carries no state from step to step, so a resumed run draws the same numbers as an
+// uninterrupted one, on any number of threads.
 #pragma once
 
 #include <algorithm>

@@ -27,7 +27,7 @@ class Ridge {
   double weight_ = 0.0;
 };
 
-/// `u` with a row of ones on top: what W of Ridge::fit() multiplies.
+/// `u` with a row of ones on top, as W of Ridge::fit() needs it.
 Eigen::MatrixXd with_one(const Eigen::MatrixXd& u);
 
 }  // namespace nlo::trainer

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
 constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
 
-/// The runs of what is known of the rig beside its logs; none where nothing is.
+/// The simulated runs of the known plant beside the logs; none without one.
 Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
   Dataset simulated;
   if (!experiment.known) return simulated;

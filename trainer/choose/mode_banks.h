@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sets of eigenvalues to choose from: a few forms that have been found good by hand, at every speed between what a run
-// is too short for and what its samples are too far apart for.
+// Sets of eigenvalues to choose from: a few forms that have been found good by hand, at every speed between the
+// limits set by the length of a run and by its sample period.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Short trainings that choose between a few observers, judged by what they have not been trained on.
+// Short trainings that choose between a few observers, judged on data that they have not been trained on.
 #pragma once
 
 #include <string>

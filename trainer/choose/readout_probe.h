@@ -17,21 +17,21 @@
 
 namespace nlo::trainer {
 
-/// Errors on what was left out, of each state over its standard deviation.
+/// Errors on left-out data, for each state relative to its standard deviation.
 struct ReadoutError {
   std::vector<double> linear;  ///< errors of W [1; u] alone
   std::vector<double> curved;  ///< with the random features
   double ridge = 0.0;          ///< ridge with the least linear errors, relative to the features' power
   int rows = 0;                ///< n_z
 
-  /// Mean over states of ln(the smaller error + 1e-3): what banks are compared by. 0.1 is ten percent of every state.
+  /// Mean over states of ln(the smaller error + 1e-3), by which banks are compared. 0.1 is ten percent of every state.
   double mean_log() const;
 };
 
 class ReadoutProbe {
  public:
-  /// `base` has what decides the data: noise, mirror, seed, threads, sensors that may fail. Throws codegen::Error when
-  /// no truth counts.
+  /// `base` has the keys that determine the data: noise, mirror, seed, threads, sensors that may fail. Throws
+  /// codegen::Error when no truth counts.
   ReadoutProbe(const Experiment& base, const Dataset& training);
 
   /// Error of the best readout of `experiment`'s latent system and features, with `random_features` tanh units at

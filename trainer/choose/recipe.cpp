@@ -26,7 +26,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Whether runs and their mirror images are as likely: else what mirror adds is where the plant never is.
+/// Whether runs and their mirror images are equally likely. Otherwise mirror adds data where the plant never is.
 bool starts_evenly(const Experiment& e) {
   const auto even = [](const std::vector<double>& low, const std::vector<double>& high) {
     for (std::size_t i = 0; i < low.size() && i < high.size(); ++i)
@@ -158,7 +158,8 @@ class Deriver {
         for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
           if (given("observer.features") && features != base_.observer.features) continue;
           if (given("observer.start") && start != base_.observer.start) continue;
-          // z = 0 averages the noise of the first sample away; without noise it throws away what that sample says.
+          // z = 0 averages the noise of the first sample away; without noise it discards the information of that
+          // sample.
           if (start == LatentStart::kZero && quiet && !all.empty()) continue;
           // How a plant was simulated, or delays were found, decides how inputs act.
           const bool open = base_.log && data_.reads_inputs && !given("observer.input_hold");

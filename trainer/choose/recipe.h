@@ -12,8 +12,8 @@
 
 namespace nlo::trainer {
 
-/// The draft with what decides its training data: how many trajectories,
-/// and whether mirror images of them are runs, too.
+/// The draft with the keys that determine its training data: the number of trajectories, and whether their mirror
+/// images are runs, too.
 Experiment experiment_for_data(const DraftExperiment& draft);
 
 struct Recipe {
@@ -21,9 +21,9 @@ struct Recipe {
   std::string text;       ///< the derived keys and the reasons, a line for each section; for people
 };
 
-/// Derives all that `draft` leaves out from the data of experiment_for_data(). The same draft, seed and data give
-/// the same experiment for any number of threads. Throws codegen::Error when what the draft
-/// gives fits nothing that can be derived.
+/// Derives the missing keys of `draft` from the data of experiment_for_data(). The same draft, seed and data give
+/// the same experiment for any number of threads. Throws codegen::Error if the keys of the
+/// draft fit no derived experiment.
 Recipe derive_recipe(const DraftExperiment& draft, const Dataset& training, const Dataset& validation);
 
 }  // namespace nlo::trainer

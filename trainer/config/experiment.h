@@ -62,7 +62,7 @@ struct ExcitationConfig {
                                     InputSignal::kSine,     InputSignal::kSquare, InputSignal::kMultisine,
                                     InputSignal::kChirp,    InputSignal::kNoise};
   std::vector<double> low, high;             ///< range of each input, n_u
-  std::vector<double> amplitude;             ///< [least, most] of what swings; empty: up to half the range
+  std::vector<double> amplitude;             ///< [least, most] of oscillations; empty: up to half the range
   double shortest_s = 0.0, longest_s = 0.0;  ///< limits of holds and periods; 0: derived, see hold_times()
   std::string log;                           ///< CSV file of recorded inputs, of the kind "log"
   std::vector<std::string> log_columns;      ///< its columns, one for each input
@@ -118,7 +118,7 @@ struct LogConfig {
   std::vector<std::string> train_files, validation_files, test_files;  ///< names or globs under --data DIR
 };
 
-/// [observer]: the latent system and what T* reads.
+/// [observer]: the latent system and the readings of T*.
 struct ObserverConfig {
   std::string structure = "kkl";             ///< a name in the table of structures/structure_table.h
   std::vector<double> eigenvalues;           ///< real ones [1/s], all negative; repeated for each output
@@ -206,8 +206,8 @@ struct TrainingConfig {
   double checkpoint_every_s = 10.0;
 };
 
-/// [validation]: trainings without some of the training logs say what of a state's estimate holds on logs that it has
-/// not seen, and choose what ships (choose/left_out.h).
+/// [validation]: trainings without some of the training logs measure the errors on unseen logs and choose the readouts
+/// that ship (choose/left_out.h).
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself
@@ -228,7 +228,7 @@ struct EvaluationConfig {
   double settling_window_s = 0.0;  ///< errors are averaged over it before the settling time is read; 0: derived
 };
 
-/// [plant] beside [log]: what is known of the rig (experiments/known_plant.h).
+/// [plant] beside [log]: known equations of the rig (experiments/known_plant.h).
 struct KnownPlant {
   PlantConfig plant;
   SimulationConfig simulation;
@@ -236,7 +236,7 @@ struct KnownPlant {
 };
 
 struct Experiment {
-  std::string name;  ///< an identifier: names the model and what is exported
+  std::string name;  ///< an identifier: name of the model and of the export
   unsigned long long seed = 1;
   int threads = 0;  ///< 0: all cores. The bytes of a run do not depend on it.
   std::optional<PlantConfig> plant;

@@ -10,7 +10,7 @@ namespace nlo::trainer {
 
 /// An error in an experiment with the key that causes it. The reader of the file puts FILE:LINE before it.
 ///   key   path: "plant.derivative", "log.columns[2]"; a section ("observer") if no single key of it is to blame
-///   what  the error and the remedy; names the key as people read it: "[plant] derivative[1] ..."
+///   what  error and remedy; names the key as people read it: "[plant] derivative[1] ..."
 class KeyError : public codegen::Error {
  public:
   KeyError(std::string key, const std::string& what) : codegen::Error(what), key_(std::move(key)) {}

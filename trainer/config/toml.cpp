@@ -107,7 +107,7 @@ class Guard {
 };
 
 /// toml11's message is a drawing over several lines, "[error] toml::parse_array: missing ...\n --> file...": its first
-/// line without the function's name is what a person needs beside FILE:LINE.
+/// line without the function's name is enough beside FILE:LINE.
 std::string first_line(std::string message) {
   message = message.substr(0, message.find('\n'));
   for (const std::string_view prefix : {"[error] ", "toml::"})

@@ -19,7 +19,7 @@ struct CsvFormat {
   char decimal = '.';    ///< or ','
 };
 
-/// Reads a cell as a finite decimal number into `value`. Returns what keeps the cell from being one, or nothing.
+/// Reads a cell as a finite decimal number into `value`. Returns the reason if it is none, or nothing.
 std::optional<const char*> read_number(std::string_view cell, char decimal, double& value);
 
 class CsvTable {

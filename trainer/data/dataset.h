@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sampled trajectories of a plant, simulated or logged: what training and evaluation read. No other part of the
-// trainer knows where samples came from.
+// Sampled trajectories of a plant, simulated or logged, for training and evaluation. No other part of the trainer
+// knows the origin of samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +28,7 @@ struct Trajectory {
   /// training or in flight.
   Eigen::Index first_estimate = 0;
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
-  Eigen::MatrixXd inputs = {};       ///< n_u x N, what excited the plant; 0 x 0 when nothing did
+  Eigen::MatrixXd inputs = {};       ///< n_u x N, excitation of the plant; 0 x 0 without inputs
   /// n_y x N: whether a log has no measurement there (an empty cell): `outputs` then holds the last one.
   /// 0 x 0: it has all.
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> missing = {};
@@ -78,7 +78,7 @@ struct Dataset {
     return static_cast<std::size_t>(codegen::measured_outputs(outputs)) - output_angles.size();
   }
 
-  /// Outputs that are computed of others, from what those and the inputs are now; missing where one of those is.
+  /// Computes outputs from the current values of other outputs and inputs; missing where one of them is.
   void compute_outputs();
 };
 

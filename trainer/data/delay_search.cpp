@@ -31,7 +31,7 @@ struct Choice {
   Index width() const { return std::max(degree, 1) * stride; }
 };
 
-/// f(k) less the mean of what is a width before and after: what is slow goes, in all terms alike.
+/// f(k) minus the mean of the values one width before and after. This removes slow parts from all terms alike.
 template <class F>
 double passed(const Choice& choice, Index k, const F& f) {
   return f(k) - 0.5 * (f(k - choice.width()) + f(k + choice.width()));
@@ -179,7 +179,7 @@ class Search {
         if (std::isnan(known_[j])) scan(j, delays_[j] - 1.0, delays_[j] + 1.0, 0.25);
   }
 
-  /// One for each input; what is known is found as it is.
+  /// One for each input; known delays are kept.
   std::vector<FoundDelay> all() const {
     std::vector<VectorXd> undelayed = columns_;
     for (std::size_t j = 0; j < known_.size(); ++j)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // How much later than its column says an input acts, found from logs alone. A measured quantity q of relative degree
-// r = 0, 1 or 2, q^(r)(t) = phi(what is slow) + sum_j b_j u_j(t - d_j), has over any stride of m samples
+// r = 0, 1 or 2, q^(r)(t) = phi(slow) + sum_j b_j u_j(t - d_j), has over any stride of m samples
 //   delta_m^r q(t)  =  (B_r * phi)(t)  +  sum_j b_j (B_r * u_j)(t - d_j)
 // with the B-spline B_r of r boxes; of an input that is held, B_r * u is known exactly. What is a width before and
 // after is taken off each term, which leaves next to nothing of phi; a regression on level, square (of an angle: sine,
-// cosine) and change of what is measured takes the rest. Causal lags of u are left out on purpose: they would take up a
+// cosine) and change of the measurements takes the rest. Causal lags of u are left out on purpose: they would take up a
 // part of the delay themselves. The residual over d has its minimum at the delay, a parabola between the quarters of a
 // sample. Of all q, r and m that one decides whose delay is known best: by its own standard deviation and by how far it
 // moves when the stride doubles, which it does where r is another one.

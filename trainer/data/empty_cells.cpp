@@ -60,7 +60,7 @@ Index regular_spacing(const std::vector<Index>& empty, Index rows) {
 
 namespace {
 
-/// Adds the cells of an output whose period is known: what is missing is what was due.
+/// Counts the cells of an output with a known period. Only samples that were due can be missing.
 void count_lost(const LogFile& log, const std::vector<Index>& empty, EmptyCells& count) {
   constexpr double kLate = 1.5;  // periods, as in flight
   count.due += static_cast<Index>(std::round(log.time_s[log.time_s.size() - 1] / count.period_s)) + 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Cells of a log that hold no value: where they are, what stands in for them, and what a user should know of them.
+// Cells of a log without a value: their places, their replacements, and notes for the user.
 #pragma once
 
 #include <Eigen/Core>
@@ -49,7 +49,7 @@ Eigen::Index regular_spacing(const std::vector<Eigen::Index>& empty, Eigen::Inde
 void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,
                        std::map<std::string, EmptyCells>& cells);
 
-/// One note for each column with empty cells: how many, the longest stretch, and what becomes of them.
+/// One note for each column with empty cells: how many, the longest stretch, and their replacement.
 void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vector<std::string>& notes);
 
 }  // namespace nlo::trainer

@@ -14,7 +14,7 @@ namespace {
 /// To two digits, downwards: a window that must fit into the horizon still does.
 double two_digits(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
-  // 16 / 0.1 may read 159.99...: what is a whole number of units up to rounding stays.
+  // 16 / 0.1 may read 159.99...: a whole number of units up to rounding stays.
   const double units = std::floor(value / unit * (1.0 + 1e-9));
   return unit < 1.0 ? units / std::round(1.0 / unit) : units * unit;
 }

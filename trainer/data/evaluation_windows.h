@@ -18,18 +18,18 @@ using EvaluationWindows = std::vector<EvaluationWindow>;
 EvaluationWindows whole_run();
 
 /// "all", then the windows of `evaluation`. Without any: "transient", t < t_c, and "settled", t >= t_c,
-///   t_c = min(5 / decay_rate, horizon / 2)   what is left of z(0) is exp(-5)
+///   t_c = min(5 / decay_rate, horizon / 2)   z(0) has decayed to exp(-5)
 ///   t_c = horizon / 5                        where no rate is known: decay_rate = 0
-/// rounded to two digits. The rate comes from the experiment, not from what training made of the eigenvalues: models of
-/// one experiment are judged alike.
+/// rounded to two digits. The rate comes from the experiment, not from the trained eigenvalues, so that models
+/// of one experiment are judged alike.
 ///   decay_rate  min |Re lambda| over the initial eigenvalues of D that are no clocks [1/s]; 0 for structures without D
 EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, double decay_rate, double horizon_s);
 
-/// The first window after "all" that lasts to the end of a run: what an observer is judged by once its transient is
-/// over. 0, "all", when there is none.
+/// The first window after "all" that lasts to the end of a run. It judges an observer after its transient. 0, "all", if
+/// there is none.
 std::size_t settled_window(const EvaluationWindows& windows);
 
-/// How long errors are averaged before the settling time is read: as configured, else a tenth of what comes before the
+/// How long errors are averaged before the settling time is read: as configured, else a tenth of the time before the
 /// settled window, else a fiftieth of the horizon.
 double settling_window_s(const EvaluationConfig& evaluation, const EvaluationWindows& windows, double horizon_s);
 

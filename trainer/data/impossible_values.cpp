@@ -28,7 +28,7 @@ bool is_among(const std::array<double, N>& values, double value) {
   return std::ranges::find(values, value) != values.end();
 }
 
-/// -99, -999.9, -9999: what loggers write for "no value" and sensors hardly reach.
+/// -99, -999.9, -9999: loggers write them for "no value", and sensors hardly reach them.
 bool is_nines(double value) {
   constexpr auto kNines = std::to_array<double>({-99, -999, -9999, -99999, -999999, -9999999});
   for (const double scale : {1.0, 10.0, 100.0, 1000.0})

@@ -41,7 +41,7 @@ class LogBaseline {
  public:
   static const std::vector<std::string>& names();  ///< constant, sensor, difference, polynomial, static_ridge
 
-  /// Learns what the baseline called `name` needs from the training logs: the states' means; for each state the output
+  /// Fits the baseline called `name` to the training logs: the states' means; for each state the output
   /// in its unit, or the polynomial (degree 1 to 3, up to 48 samples; judged at some 20,000 of their samples), of the
   /// smallest RMSE; the weights of static_ridge.h. Give it the outputs as the observer will see them, noise included.
   /// `sources` is LogSchema::state_sources. Throws codegen::Error for an unknown name.

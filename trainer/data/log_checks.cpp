@@ -66,7 +66,7 @@ void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) 
 /// True when it found something: the wrap is then as doubtful as the unit.
 bool note_unit(const LogColumn& column, const Spread& spread, Notes& notes) {
   const char* mend = column.wrap > 0.0 ? "unit and wrap" : "unit";
-  // Two turns either way in rad, and within what degrees of one turn may be.
+  // Two turns either way in rad, and the range of one turn in degrees.
   const bool too_wide = spread.largest() > 2.0 * kTurnRad &&
                         (spread.largest() <= 0.5 * kTurnDeg || (spread.low >= 0.0 && spread.high <= kTurnDeg));
   if (column.unit == "rad" && (spread.jumps_deg > 0 || too_wide)) {
@@ -102,7 +102,7 @@ void note_wrap(const LogColumn& column, const Spread& spread, Notes& notes) {
                     column.wrap));
 }
 
-/// The line b = slope a + offset over all logs, and what it leaves of b's deviation.
+/// The line b = slope a + offset over all logs, and the remaining share of b's deviation.
 struct Line {
   double slope = 0.0, offset = 0.0, rest = 1.0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One column of a log as an experiment lists it: the heading it is read under, and what its cells are multiplied by.
+// One column of a log as an experiment lists it: its heading, and the factor of its cells.
 #pragma once
 
 #include <string>

@@ -85,8 +85,8 @@ void thin(Index every, Index phases, Dataset& data) {
   data.sample_period_s *= static_cast<double>(every);
 }
 
-/// The columns of the file that are not under `headings`, to be checked further: what is said of a column that holds
-/// impossible values would follow from these.
+/// The columns of the file that are not under `headings`, to be checked further. Notes on a column with impossible
+/// values would only follow from these values.
 LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   for (auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
     std::erase_if(*columns, [&](const LogColumn& column) { return is_under(headings, column); });
@@ -104,7 +104,7 @@ void check_periods(const LogSchema& schema, double sample_period_s) {
           output.name, output.period_s, sample_period_s));
 }
 
-/// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns.
+/// Loads files that exist, and adds findings to `report`. `decides`: these logs decide the notes on columns.
 /// `all_phases`: with every = n, n runs of each log in place of one, so that no row is lost.
 Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
              bool all_phases, LogReport& report) {

@@ -48,8 +48,8 @@ struct LogFile {
 /// read_stamps; fewer than two samples; columns without any value, beside the shares of all that are mostly empty.
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
 
-/// The runs between restarts of the clock and steps longer than `max_gap_s`, which `notes` name, beside what is wrong
-/// with single stamps. Rows at the start of a run are left out until every output and input has had a value. Runs of
+/// The runs between restarts of the clock and steps longer than `max_gap_s`, which `notes` name, beside single wrong
+/// stamps. Rows at the start of a run are left out until every output and input has had a value. Runs of
 /// one sample are dropped, and noted.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 

@@ -64,7 +64,7 @@ std::vector<std::string> expand_files(const std::string& directory, const std::v
   std::vector<std::string> files;
   for (const std::string& pattern : patterns) {
     const bool relative = !directory.empty() && !pattern.starts_with('/');
-    // A name that exists is that file, whatever characters it holds.
+    // An existing name is that file, with any characters.
     const fs::path literal = relative ? fs::path(directory) / pattern : fs::path(pattern);
     std::vector<std::string> found;
     if (fs::is_regular_file(literal)) found.push_back(literal.string());

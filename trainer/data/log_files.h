@@ -2,7 +2,7 @@
 // Which files a run reads: names and globs below a directory, expanded and sorted, split into training, validation and
 // test by file. Neighbouring samples of one log are nearly copies: a log in two splits would report its own training.
 // Logs begun in their middle: an observer may be switched on at any time, and most logs begin where it is easy.
-// Logs that belong together: what is like a log that is left out should be left out with it.
+// Groups of logs: logs that are alike should be left out together.
 #pragma once
 
 #include <string>

@@ -85,7 +85,7 @@ std::vector<double> as_list(const VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-/// A square wave has one size, whatever noise is on it; what moves has many.
+/// Jumps of a square wave have one size despite noise; other signals have many sizes.
 bool has_many_sizes(const VectorXd& sizes) {
   constexpr double kSpread = 0.2;
   const std::vector<double> values = as_list(sizes);

@@ -16,7 +16,7 @@ namespace nlo::trainer {
 ///                   usual full turn (2 pi, 360, 1, counts); where its unit is rad or deg, any jump of half a turn
 ///   a quaternion    columns that jump to their opposite: with a constant norm; or two in the same rows, twice or
 ///                   more; or one whose heading says it
-///   changed places  columns that jump to what another one had in the row before, twice or more
+///   changed places  columns that jump to the previous value of another column, twice or more
 /// Each note names file and line of the first jump, how many there are, and the remedy.
 void note_jumps(const LogSchema& schema, const std::vector<LogFile>& logs, const std::vector<std::vector<LogRun>>& runs,
                 std::vector<std::string>& notes);

@@ -44,7 +44,7 @@ Usual usual_of(const std::vector<VectorXd>& signals) {
   return usual;
 }
 
-/// Rows [from, to) leave what is usual by a step and are back after it.
+/// Rows [from, to) leave the usual range by a step and return after it.
 /// At an end of the log one of the steps is enough.
 bool is_outlier(const VectorXd& x, Index from, Index to, const Usual& usual) {
   const auto jumps = [&](Index a, Index b) { return std::abs(x[a] - x[b]) > usual.step; };

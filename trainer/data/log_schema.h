@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How the channels of a Dataset come from the columns of a log: the [[log.columns]] of an experiment, checked and
-// resolved once; what the loader, the baselines and the metrics read.
+// resolved once for the loader, the baselines and the metrics.
 #pragma once
 
 #include <string>

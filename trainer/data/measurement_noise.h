@@ -59,7 +59,7 @@ class MeasurementNoise final : private NoiseNumbers<double> {
   bool has_spare_ = false;
 };
 
-/// Each output's last value where it is NaN: what a filter is given that has to have numbers.
+/// Replaces NaN by each output's last value, for filters that need numbers.
 Eigen::MatrixXd held(Eigen::MatrixXd outputs);
 Dataset held(Dataset runs);
 

@@ -103,7 +103,7 @@ class ProductSearch {
     return channels;
   }
 
-  /// Products of what has large and small numbers are told apart by these scales, not by units.
+  /// These scales, not units, make products of large and small numbers comparable.
   void normalise() {
     scale_ = VectorXd::Constant(static_cast<Index>(names_.size()), 1e-12);
     VectorXd sum;

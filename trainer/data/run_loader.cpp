@@ -31,7 +31,7 @@ class RunLoader {
         filtered_(std::any_of(schema.states.begin(), schema.states.end(), [](const auto& s) { return s.derivative; })) {
   }
 
-  /// `steps`: adds what is read.
+  /// `steps`: adds the steps that were read.
   Trajectory load(std::vector<SuspiciousSteps>& steps) const {
     Trajectory result;
     result.source = run_.source;

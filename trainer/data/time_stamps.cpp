@@ -42,7 +42,7 @@ double mean_plain_step(const VectorXd& steps, double resolution_s) {
   return sum / count;
 }
 
-/// a is a whole multiple of b, to the rounding of a: its last bit, and some more for what computed it.
+/// a is a whole multiple of b, to the rounding of a: its last bit, and some more for its computation.
 bool is_multiple(double a, double b) {
   const double ratio = a / b;
   const double slack = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(ratio);

@@ -31,7 +31,7 @@ LogContent content_of(const LogFile& log, const std::vector<std::string>& headin
 /// Share of the windows of `part` that `whole` holds too, 0 to 1.
 double share_found(const std::vector<std::uint64_t>& part, const std::vector<std::uint64_t>& whole);
 
-/// Notes each of `logs` that shares rows with one of `training`. `split`: what the logs are there for, as "test".
+/// Notes each of `logs` that shares rows with one of `training`. `split`: the use of the logs, such as "test".
 void note_shared_rows(const std::vector<LogContent>& training, const std::vector<LogContent>& logs,
                       const std::string& split, std::vector<std::string>& notes);
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The transient of the latent filter: from z(0) = 0, z differs from T(x) by exp(D t) (z(0) - T(x(0))), so early pairs
-// (z, x) teach T* what only holds after a reset. The supervised baseline (Ramos et al. 2020) keeps them out, by
+// (z, x) teach T* relations that only hold after a reset. The supervised baseline (Ramos et al. 2020) keeps them out,
+// by
 //   drop      samples at t < t_c do not count
 //   backward  each trajectory begins t_c earlier, in the plant's simulated past (plants/lead_in.h)
-//   t_c = k / min |Re lambda|: what is left of the start is exp(-k)
+//   t_c = k / min |Re lambda|: the start has decayed to exp(-k)
 #pragma once
 
 #include "trainer/config/experiment.h"

@@ -17,25 +17,26 @@ void check_plant_and_simulation(const Experiment& experiment);
 /// The keys initial_... of [simulation], for a plant of `nx` states.
 void check_initial_states(const SimulationConfig& simulation, std::size_t nx);
 
-/// [excitation], and what else is drawn for each run of a plant: process noise, parameters with a range.
+/// [excitation] and other random values of a plant's runs: process noise, parameters with a range.
 void check_excitation(const Experiment& experiment);
 
 /// [feedback]: laws that can be read, limits, an observer that knows every state and is told u.
 void check_feedback(const Experiment& experiment);
 
-/// Angles among the outputs and among what is estimated, of a plant or of logs.
+/// Angles among the outputs and the estimated states, of a plant or of logs.
 void check_angles(const Experiment& experiment);
 
 /// [loss]
 void check_losses(const Experiment& experiment);
 
-/// [training]: what contradicts the plant, the logs, the observer or each other.
+/// [training]: keys that contradict the plant, the logs, the observer or each other.
 void check_training(const Experiment& experiment);
 
 /// [training] mirror: the derivatives of logged columns, and the equations of a plant.
 void check_mirror(const Experiment& experiment);
 
-/// [training] transient: it is about the start of whole trajectories, so what draws samples elsewhere contradicts it.
+/// [training] transient: it is about the start of whole trajectories, so keys that draw samples elsewhere contradict
+/// it.
 void check_transient(const Experiment& experiment);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An experiment as text: what is recorded in a model, and what people are told about its keys.
+// An experiment as text: its record in a model, and the help on its keys.
 #include <fmt/format.h>
 
 #include "trainer/experiments/identify_keys.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Equations and logs together: an experiment with [plant] and [log]. Simulated runs of the plant are trained on beside
-// the logs: they begin in states where no log does, and the logs have what the equations leave out.
+// the logs: they begin in states where no log does, and the logs contain effects that the equations omit.
 #pragma once
 
 #include "trainer/config/experiment.h"

@@ -91,7 +91,7 @@ void check_evaluation(const Experiment& e) {
   }
 }
 
-/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
+/// Throws codegen::Error `FILE:LINE: reason; remedy`.
 void check_experiment(const Experiment& e, const Places& places) try {
   check_sources(e, places);
   if (e.plant) check_plant_and_simulation(e);
@@ -132,7 +132,7 @@ bool follows_an_angle(const Experiment& e) {
   return false;
 }
 
-/// Sets what the checks ask of any observer of this data, where the file leaves it out.
+/// Sets missing keys that the checks require of any observer of this data.
 void stand_in(Experiment& e, const Places& places) {
   constexpr double kSlow = 0.05;  // share of the sample rate; stable by any hold
   const double period_s = e.plant ? e.simulation.sample_period_s : e.log ? e.log->sample_period_s : 0.0;
@@ -198,7 +198,7 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   DraftExperiment draft = parse_draft(text, filename, overrides);
   if (draft.complete) return std::move(draft.experiment);
   draft.experiment.observer.eigenvalues.clear();
-  check_experiment(draft.experiment, draft.given);  // says what is missing
+  check_experiment(draft.experiment, draft.given);  // names the missing key
   return std::move(draft.experiment);
 }
 

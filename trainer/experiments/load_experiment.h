@@ -12,11 +12,11 @@
 
 namespace nlo::trainer {
 
-/// An experiment whose file may leave out the observer's eigenvalues, and with them whatever a recipe derives from the
-/// training data (choose/recipe.h).
+/// An experiment whose file may leave out the observer's eigenvalues, and with them all keys that a recipe derives
+/// from the training data (choose/recipe.h).
 struct DraftExperiment {
   Experiment experiment;  ///< passes all checks; where it is not complete, by eigenvalues that stand in until derived
-  Places given;           ///< the keys that the file and --set have: what nothing derives
+  Places given;           ///< the keys of the file and of --set, which are not derived
   bool complete = true;
 };
 
@@ -29,7 +29,7 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
 
 /// Reads and checks an experiment file. `overrides` are "section.key=value" with a TOML value (--set); they come after
-/// the file. Throws codegen::Error: `FILE:LINE: what is wrong; what to do`.
+/// the file. Throws codegen::Error: `FILE:LINE: reason; remedy`.
 Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides = {});
 
 /// Reads an experiment from text; messages name `filename`.
@@ -39,12 +39,12 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
 /// The experiment a model was trained by. `origin` names the model's file. Throws codegen::Error when it has none.
 Experiment experiment_of(const codegen::Model& model, const std::string& origin);
 
-/// The [log] of a file that says which columns of a log are what: [[log.columns]] and what goes with them, and nothing
-/// else. Throws codegen::Error as read_experiment does.
+/// The [log] of a file that only has the roles of columns: [[log.columns]] and the keys that belong to them. Throws
+/// codegen::Error as read_experiment does.
 LogConfig read_log_columns(const std::string& path);
 
-/// Every key with its value, as TOML: the same text for the same experiment, whatever its file looked like. `threads`
-/// is left out, as it decides nothing.
+/// Every key with its value, as TOML: the same text for the same experiment, for any form of its file. `threads` is
+/// left out, because it does not affect the result.
 std::string format_experiment(const Experiment& experiment);
 
 /// Every key of an experiment file with its type, default and meaning, for people.

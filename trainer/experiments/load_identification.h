@@ -12,8 +12,8 @@
 
 namespace nlo::trainer {
 
-/// Reads and checks it. `overrides`: --set SECTION.KEY=VALUE. Throws codegen::Error: `FILE:LINE: what is wrong; what to
-/// do`, for unknown keys, expressions that do not compile, and names of the plant that no column of the logs has.
+/// Reads and checks it. `overrides`: --set SECTION.KEY=VALUE. Throws codegen::Error: `FILE:LINE: reason; remedy`, for
+/// unknown keys, expressions that do not compile, and names of the plant that no column of the logs has.
 Identification read_identification(const std::string& path, const std::vector<std::string>& overrides = {});
 Identification parse_identification(std::string_view text, const std::string& filename,
                                     const std::vector<std::string>& overrides = {});

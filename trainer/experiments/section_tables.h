@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sections of a TOML file read by the tables of keys.h: what experiments and identifications share.
+// Sections of a TOML file read by the tables of keys.h, for experiments and identifications.
 #pragma once
 
 #include <string>
@@ -42,7 +42,7 @@ class SectionTables : public SectionReader {
     return list;
   }
 
-  /// A section at the top of the file; what it has not stays as it is.
+  /// Reads a section at the top of the file. Missing keys stay unchanged.
   template <class Section>
   void read_if_there(const Toml& root, const std::string& name, Section& section) {
     if (const Toml* table = this->section(root, name, name)) read(*table, name, section);

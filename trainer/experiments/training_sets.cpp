@@ -26,7 +26,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// f at the samples, or f and h at points of the box: what the PDE residual (5) asks of the plant.
+/// f at the samples, or f and h at points of the box, for the PDE residual (5).
 void add_equations(Dataset& dataset, const Plant& plant, const Experiment& experiment) {
   const LossConfig& loss = experiment.loss;
   if (loss.collocation == EquationPoints::kData) {

@@ -26,8 +26,8 @@ struct LoopRound {
 /// initial states of its own. Throws codegen::Error when a trajectory leaves the numbers.
 TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRound& round = {});
 
-/// A further round: its training runs are added to those `before` it, so that what an observer meets in its own loop
-/// does not drive out what it met in others (data set aggregation, Ross et al. 2011);
+/// A further round: its training runs are added to those `before` it, so that an observer does not forget the states of
+/// other loops (data set aggregation, Ross et al. 2011);
 /// validation is in the loop of the round.
 TrainingSets next_round(const Experiment& experiment, const LoopRound& round, TrainingSets before);
 

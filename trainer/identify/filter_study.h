@@ -20,7 +20,7 @@ namespace nlo::trainer {
 struct FilterStudy {
   std::vector<LogEntry> entries;  ///< "ekf", "ukf", "constant_acceleration", LogBaseline::names(): over the test logs
   std::string tuned_on;           ///< "the validation logs", "the training logs"
-  std::string judged_on;          ///< "the test logs", or where there are none what they were tuned on
+  std::string judged_on;          ///< "the test logs", or without them the tuning logs
   double sample_period_s = 0.0;
 };
 

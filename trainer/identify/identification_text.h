@@ -9,7 +9,8 @@
 
 namespace nlo::trainer {
 
-/// Parameters with their standard errors, the errors over segments, and notes on what the data do not tell.
+/// Parameters with their standard errors, the errors over segments, and notes on parameters that the data do not
+/// determine.
 std::string to_text(const IdentificationResult& result);
 
 /// A table for each logged state: estimators and windows.

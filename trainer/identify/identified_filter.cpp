@@ -121,7 +121,7 @@ FilterKnowledge IdentifiedFilter::knowledge(const VectorXd& tuning) const {
   known.output_deviation.resize(ny);
   for (double& deviation : known.output_deviation) deviation = std::pow(10.0, tuning[next++]);
   VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
-  for (const HiddenAngle& angle : hidden_)  // to the middle between two starts, whatever else is tuned
+  for (const HiddenAngle& angle : hidden_)  // to the middle between two starts, for any other tuning
     deviation[angle.state] = 0.5 * angle.wrap / static_cast<double>(around_);
   known.initial_covariance = deviation.cwiseAbs2().asDiagonal();
   return known;

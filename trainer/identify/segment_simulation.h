@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A stretch of a log simulated from a given state by given parameters, beside what was measured.
+// A stretch of a log simulated from a given state by given parameters, beside the measurements.
 #pragma once
 
 #include <Eigen/Core>

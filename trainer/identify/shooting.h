@@ -60,8 +60,8 @@ class ShootingProblem {
   /// dr/dtheta, rows() x n_theta. The initial states found here are where later searches for them begin.
   Eigen::MatrixXd jacobian(const Eigen::VectorXd& theta);
 
-  /// sum over segments of (J_s' r_s)(J_s' r_s)', n_theta x n_theta: what residuals that are correlated within a segment
-  /// make of the parameters' covariance.
+  /// sum over segments of (J_s' r_s)(J_s' r_s)', n_theta x n_theta, for the parameters' covariance with
+  /// residuals that are correlated within a segment.
   Eigen::MatrixXd scatter(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals) const;
 
   const std::vector<FittedChannel>& channels() const { return channels_; }

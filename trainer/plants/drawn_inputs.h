@@ -38,7 +38,7 @@ HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig&
 /// n_u x N, the same bits on every machine.
 ///   excitation   with n_u ranges, checked (experiments/check_excitation.cpp)
 ///   engine_seed  initial_state_seed(seed, stream)
-///   run          its place in the set: what it gets does not depend on how many there are
+///   run          its place in the set; its draws do not depend on the number of runs
 ///   log          read_logged_inputs()
 Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
                             std::uint64_t engine_seed, std::uint64_t run, const LoggedInputs& log = {});

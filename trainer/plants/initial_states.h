@@ -42,7 +42,7 @@ struct InitialBox {
 };
 InitialBox initial_box(const SimulationConfig& config);
 
-/// Mean and covariance of the initial states: what a Kalman filter may know of them.
+/// Mean and covariance of the initial states, for Kalman filters.
 struct InitialMoments {
   Eigen::VectorXd mean;        ///< n_x
   Eigen::MatrixXd covariance;  ///< n_x x n_x

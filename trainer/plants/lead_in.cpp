@@ -29,7 +29,7 @@ Eigen::VectorXd ranges(const Dataset& dataset, Eigen::Index nx) {
   return range;
 }
 
-/// `past` (samples at t = -n h ... -h), then what `run` has.
+/// `past` (samples at t = -n h ... -h), then the samples of `run`.
 void prepend(const Eigen::MatrixXd& past_states, const Eigen::MatrixXd& past_outputs, double h, Trajectory& run) {
   const Eigen::Index n = past_states.cols(), samples = n + run.samples();
   const auto joined = [&](const Eigen::MatrixXd& past, const Eigen::MatrixXd& rest) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inputs that were recorded: what [excitation] draws from for the kind "log". Each run takes a stretch of the log from
+// Recorded inputs, from which [excitation] draws for the kind "log". Each run takes a stretch of the log from
 // a random time on, the same for all of its inputs, which belong together; a run longer than the log goes on at its
 // beginning. Values are read at the run's samples, on the straight line between rows; between samples they are held as
 // all drawn inputs are (simulate_runs.h).

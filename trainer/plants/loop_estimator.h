@@ -21,7 +21,7 @@ class LoopEstimator {
 
   /// x_hat at the next sample, one for each state that is estimated ([plant] `estimated`; all, where it names none).
   ///   y  n_y; NaN: did not arrive
-  ///   u  n_u, what acted before it (input_hold = "zero_order")
+  ///   u  n_u, the input before it (input_hold = "zero_order")
   virtual Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) = 0;
 };
 

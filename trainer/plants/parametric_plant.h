@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plant by expressions whose parameters change while it runs: what identification simulates,
-// and the filters after it.
+// A plant by expressions whose parameters change while it runs, for identification and its
+// filters.
 //   x' = f(x, u, p),  y = h(x, u, p)
 #pragma once
 

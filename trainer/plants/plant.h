@@ -47,7 +47,7 @@ class Plant {
   /// f(x) + sum_j g_j(x) u_j.
   virtual Eigen::MatrixXd driven_derivative(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) const;
 
-  /// Whether f(x, u) is affine in u by its form; else it is whatever driven_derivative() says.
+  /// Whether f(x, u) is affine in u by its form; else driven_derivative() defines it.
   virtual bool affine_in_inputs() const { return true; }
 
   /// g_j(x) of input j: n_x x B for n_x x B; u_j = 0 leaves f alone. A plant with inputs has one for each; where it is

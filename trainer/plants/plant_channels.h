@@ -14,8 +14,8 @@ namespace nlo::trainer {
 
 class PlantChannels {
  public:
-  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of what is no angle, a state or an even
-  /// channel that is not there, a state named twice.
+  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of a state that is no angle, a state or
+  /// an even channel that is not there, a state named twice.
   PlantChannels(const PlantConfig& config, const Plant& plant);
 
   const std::vector<Channel>& states() const { return states_.channels; }
@@ -23,7 +23,7 @@ class PlantChannels {
 
   /// Every state in its place, no angle as sine and cosine: the channels are the plant's own.
   bool plain() const { return states_.plain && outputs_.plain; }
-  bool all_states() const;  ///< each is among the channels, in whatever form
+  bool all_states() const;  ///< each is among the channels, in any form
 
   /// Channels (one column per sample) of the plant's states x, n_x x N.
   Eigen::MatrixXd states(const Eigen::MatrixXd& x) const { return encoded(states_, x); }

@@ -23,7 +23,7 @@ struct ExpressionNames {
 /// Makes `parser` evaluate `text`.
 ///   where   stands before the text in messages: "[plant] outputs[0]"
 ///   values  one for each variable, read anew by each evaluation; they outlive the parser at this address
-/// Throws codegen::Error: WHERE "TEXT": what is wrong with it, at which position.
+/// Throws codegen::Error: WHERE "TEXT": reason and position.
 void compile_expression(mu::Parser& parser, const std::string& text, const std::string& where,
                         const ExpressionNames& names, double* values);
 

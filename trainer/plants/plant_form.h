@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Is a plant that was written as expressions linear? Its values tell: f and h at unit vectors are the columns of A and
 // C, and at random points f(x) - A x and h(x) - C x are no more than rounding.
-// The input field of a plant as numbers: what the driven observer (25) carries instead of the plant. It holds for an
+// The input field of a plant as numbers, which the driven observer (25) has in place of the plant. It holds for an
 // affine g, g(x) u = reshape(W x + b) u: a constant B, and bilinear plants.
 #pragma once
 
@@ -19,7 +19,7 @@ struct Linearity {
   bool affine = false;                 ///< linear but for f(0) or h(0), which are not zero: `plant` is null
 };
 
-/// Inputs are left out: f is what acts without them.
+/// Inputs are left out: f is the derivative without them.
 ///   scale  n_x, > 0: sizes of the states of interest. Points go from a thousandth of them to a thousand times as far:
 ///          a dead zone, a saturation or a small cubic term in that range is seen
 Linearity recognise_linear(const Plant& plant, const Eigen::VectorXd& scale);

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// "did you mean ...?" or the list of what there is.
+/// "did you mean ...?" or the list of known names.
 std::string advice(std::string_view wrong, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(wrong, known);
   if (!nearest.empty()) return fmt::format("did you mean \"{}\"?", nearest);

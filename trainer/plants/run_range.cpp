@@ -14,9 +14,10 @@ namespace nlo::trainer {
 namespace {
 
 constexpr double kLeaves = 10.0;  // half widths of the box
-constexpr double kGrowth = 1.8;  // a drift doubles from half of the horizon to its end; what settles or swings does not
-constexpr double kRunaway = 5.0;  // the same of a state that starts at one point: rest under a constant force is 4
-constexpr double kOutside = 3.0;  // half widths: what grows within its box is slow, not lost
+// A drift doubles from half of the horizon to its end; a state that settles or swings does not.
+constexpr double kGrowth = 1.8;
+constexpr double kRunaway = 5.0;  // growth of a state that starts at one point; rest under a constant force has 4
+constexpr double kOutside = 3.0;  // half widths; a state that grows within its box is slow, not lost
 
 /// One state over all runs, seen from the centre of the box.
 struct Range {

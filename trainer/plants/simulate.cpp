@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far inside of what RK4 can still compute
+constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far inside of the range of RK4
 
 }  // namespace
 

@@ -156,7 +156,7 @@ void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t
   }
 }
 
-/// By its name, a parameter keeps its stream whatever else is drawn (FNV-1a).
+/// A parameter's name determines its stream, independent of other draws (FNV-1a).
 std::uint64_t stream_of(std::string_view name) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;

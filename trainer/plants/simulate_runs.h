@@ -3,11 +3,11 @@
 // its own ([plant] parameters with a range) and with process noise ([simulation]). Where an experiment has none of
 // these, it is simulate(), to the bit.
 //
-// Inputs are drawn at the samples and act between them as [observer] input_hold says, which is how the loop will hold
-// them and what an observer assumes:
+// Inputs are drawn at the samples and act between them as [observer] input_hold says, as in the loop and as an
+// observer assumes:
 //   zero_order   inputs(:,k) has acted since the sample before, over (t_{k-1}, t_k]
 //   first_order  a ramp from inputs(:,k-1) to inputs(:,k)
-// inputs(:,0) is what acted before the run began; under zero_order it moves nothing.
+// inputs(:,0) acted before the run began; under zero_order it has no effect.
 #pragma once
 
 #include <cstdint>

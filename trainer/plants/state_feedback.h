@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// State feedback u = sat(k(x_hat, r)) as an experiment's [feedback] writes it: what closes the loop over an observer.
+// State feedback u = sat(k(x_hat, r)) as in an experiment's [feedback], which closes the loop over an observer.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +25,7 @@ class StateFeedback {
   /// Laws over the states that [plant] `estimated` names (all of the plant's, where it names none), the references and
   /// the nominal parameters. Throws codegen::Error naming the law and the position in it, or the state that it reads
   /// and the observer does not estimate.
-  ///   config  what `plant` was made of
+  ///   config  the section that `plant` was made from
   StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config);
   ~StateFeedback();
 
@@ -34,7 +34,7 @@ class StateFeedback {
   ///   reference  n_u, one for each input
   Eigen::VectorXd operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference);
 
-  /// u as it is clipped to the limits: what an actuator at rest does is clipped(0).
+  /// u clipped to the limits; an actuator at rest has clipped(0).
   Eigen::VectorXd clipped(const Eigen::VectorXd& u) const;
 
  private:

@@ -39,7 +39,7 @@ struct Line {
   double centre, gradient, remainder;
 };
 
-/// The chord of `function` on [low, high], moved to the middle of what it leaves; `centre` is its value at `at`.
+/// The chord of `function` on [low, high], moved to the middle of the remainder; `centre` is its value at `at`.
 ///   bend  the function's largest second derivative
 template <class Function>
 Line chord(const Function& function, double bend, double low, double high, double at) {

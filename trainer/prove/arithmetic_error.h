@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // How far a flown estimate can be from the real one. With a_l the flown activations of layer l, the real net behind
-// layer l is the same for a_l and for what the real layer makes of a_(l-1), so the error is a sum over the layers:
+// layer l is the same for a_l and for the real layer's output from a_(l-1), so the error is a sum over the layers:
 //   |flown - real|_i  <=  sum over l of  |d x_hat_i / d a_l| (activation's error + slope (sum's error))
-// with the Jacobian of the real net behind l bounded over a box that holds both, and the same for what the inputs are
-// off. By branch and bound over the domain.
+// with the Jacobian of the real net behind l bounded over a box that holds both, and likewise for the error of the
+// inputs. By branch and bound over the domain.
 #pragma once
 
 #include <Eigen/Core>

@@ -37,7 +37,7 @@ constexpr Format kFormats[] = {{"float", codegen::ScalarType::kFloat, codegen::W
                                {"bf16", codegen::ScalarType::kFloat, codegen::WeightType::kBfloat16},
                                {"int16", codegen::ScalarType::kInt16, codegen::WeightType::kFull}};
 
-/// A model in one of them, and what is searched.
+/// A model in one of them, and the searched region.
 struct Flown {
   codegen::FoldedModel folded;
   std::optional<codegen::QuantisedModel> quantised;

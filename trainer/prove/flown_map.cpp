@@ -22,7 +22,7 @@ constexpr double kOne = kernels::int16::kOne;
 constexpr double kTanhUnit = 0x1p16;  // unit of tanh's argument
 constexpr double kSubnormal = 1e-30;  // loss of floats below 2^-126 and of z below 2^-100
 
-/// The real layers: what T* reads first, `inputs` of it; of a network of one layer with the linear path in it.
+/// The real layers for the first `inputs` inputs of T*. A network of one layer includes the linear path.
 std::vector<codegen::DenseLayer> real_layers(const JacobianEnclosure& real, Index inputs) {
   std::vector<codegen::DenseLayer> layers = real.layers();
   if (layers.size() == 1) layers[0].weights += real.linear_path();
@@ -97,7 +97,7 @@ FlownMap flown_in_float(const JacobianEnclosure& real, const codegen::FoldedNetw
   } else {
     map.path_off = Matrix::Zero(layers.back().weights.rows(), inputs);
   }
-  if (folded.activation == Activation::kSilu) {  // v (1 + tanh(v / 2)) / 2, and what the product rounds
+  if (folded.activation == Activation::kSilu) {  // v (1 + tanh(v / 2)) / 2, and the rounding of the product
     map.activation_relative = kProvenGate + 4.0 * kFloatUnit;
   } else if (is_tanh(folded.activation)) {
     map.activation_off = folded.activation == Activation::kTanh5e5   ? kProvenTanh5e5

@@ -47,7 +47,7 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
                         const std::vector<double>& largest, const Eigen::VectorXd& low, const Eigen::VectorXd& high);
 
 /// How far z of a float export can be from z of the real equations, n_z: while z stays within `low`, `high` from a
-/// reset on, whatever is measured, after any number of steps. Of a model whose z moves linearly, without angles.
+/// reset on, for any measurements and any number of steps. For a model whose z moves linearly, without angles.
 Eigen::VectorXd float_latent_error(const codegen::Model& model, const Eigen::VectorXd& low,
                                    const Eigen::VectorXd& high);
 

@@ -67,7 +67,7 @@ class ForwardMap::Switched final : public Plant {
         chi *=
             smooth_switch(std::abs(x(i, b) - domain_.centre(i)) / domain_.half_width(i), domain_.inner, domain_.outer);
       if (chi == 0.0) {
-        dx.col(b).setZero();  // whatever f says out there, a NaN included
+        dx.col(b).setZero();  // for any f there, a NaN included
       } else if (chi < 1.0) {
         dx.col(b) *= chi;
       }

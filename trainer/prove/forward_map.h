@@ -59,7 +59,7 @@ class ForwardMap {
   /// on every run. Forwards errors of T die out by exp(D t), where backwards a run near an attractor leaves it.
   Path along(const Eigen::MatrixXd& initial, double sample_period_s, Eigen::Index samples) const;
 
-  /// |dT/dx f - D T - F h| at each column of x, with the plant's own f: what is left of (5) [units of z per s].
+  /// |dT/dx f - D T - F h| at each column of x, with the plant's own f: the residual of (5) [units of z per s].
   Eigen::VectorXd pde_residual(const Eigen::MatrixXd& x) const;
 
   const LatentSystem& system() const { return system_; }

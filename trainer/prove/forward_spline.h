@@ -2,7 +2,7 @@
 // A spline T~ in place of the map T of Theorem 1, dT/dx f = D T + F h (5): how far it is from solving (5) can be
 // bounded over a whole region of states, where T itself is known at points alone (forward_map.h). Whatever T~ is,
 //   d(z - T~(x))/dt = D (z - T~(x)) + F v - dT~/dx w - r(x),   r = dT~/dx f - D T~ - F g
-// so a bound of r is all that a proof needs. Between two samples the observer reads y by its hold; what that does to z
+// so a bound of r is all that a proof needs. Between two samples the observer reads y by its hold; its effect on z
 // is in g, to the third order of the sample period (HoldEffect).
 //
 // T~ is Hermite's: a polynomial over each cell of the region, of the degree 2 m - 1 in each state, that agrees with its

@@ -6,7 +6,7 @@
 namespace nlo::trainer {
 
 HoldEffect::HoldEffect(Hold hold, double dt_s) {
-  // Averages over a step of what the hold reads less y: -s, and s (dt - s) / 2 with a line between samples.
+  // Averages over a step of the held reading minus y: -s, and s (dt - s) / 2 with a line between samples.
   second = dt_s * dt_s / 12.0;
   if (hold != Hold::kZeroOrder) return;
   first = -0.5 * dt_s;

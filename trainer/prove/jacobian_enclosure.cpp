@@ -77,7 +77,7 @@ void JacobianEnclosure::balance(const InputBox& box, int rounds) {
 }
 
 // |J - J_C| by the norms of its factors. Each diagonal D - C stands between two of them, and any positive diagonal S
-// may, as S^-1 (D - C) S is the same: S, the balance, weighs what comes in at a neuron and what it does to the output.
+// may, as S^-1 (D - C) S is the same: S, the balance, weighs the inputs of a neuron against its effect on the output.
 double JacobianEnclosure::bound_by_norms(const std::vector<LayerRange>& ranges) const {
   std::vector<Vector> out;
   std::vector<double> sizes;  // sizes of S R^1/2 V directions

@@ -34,8 +34,8 @@ struct InputBox {
 
 class JacobianEnclosure {
  public:
-  /// Inputs p with in = inputs p, where `in` is what the network's features read; the Jacobian is that of the outputs
-  /// along the columns of `directions` (in terms of p).
+  /// Inputs p with in = inputs p, where `in` is the input of the network's features; the Jacobian is that of the
+  /// outputs along the columns of `directions` (in terms of p).
   JacobianEnclosure(const codegen::Network& network, const Eigen::MatrixXd& inputs, Eigen::MatrixXd directions);
 
   struct Bound {
@@ -58,7 +58,7 @@ class JacobianEnclosure {
   /// The input whose halving promises most.
   Eigen::Index split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const;
 
-  /// The layers as they are folded, with what their numbers are off at most. A linear path beside them.
+  /// The layers as they are folded, with bounds of their numbers' errors. A linear path beside them.
   const std::vector<codegen::DenseLayer>& layers() const { return layers_; }
   const std::vector<codegen::DenseLayer>& layer_roundings() const { return rounding_.layer; }
   const Eigen::MatrixXd& linear_path() const { return linear_path_; }

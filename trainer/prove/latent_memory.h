@@ -21,7 +21,7 @@ struct LatentMemory {
   explicit LatentMemory(const codegen::Model& model);
 
   /// At least sup |row e| for each row of `rows` (m x n_z) where |v_j| <= noise_j, |d_i| <= step_i in every step.
-  /// `feedthrough` (m x n_y, or 0 x 0): what rows besides read of v_k.
+  /// `feedthrough` (m x n_y, or 0 x 0): further effect of v_k on the rows.
   Eigen::VectorXd largest(const Eigen::MatrixXd& rows, const Eigen::VectorXd& noise_size,
                           const Eigen::VectorXd& step_size, const Eigen::MatrixXd& feedthrough = {}) const;
 };

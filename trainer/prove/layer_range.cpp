@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The layers of a JacobianEnclosure: how they are folded, what rounding does to them, and their ranges over a box.
+// The layers of a JacobianEnclosure: folding, rounding, and their ranges over a box.
 #include "trainer/prove/layer_range.h"
 
 #include <utility>
@@ -32,7 +32,7 @@ JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& in
     layer = {layer.weights.cwiseAbs(), layer.bias.cwiseAbs()};
     roundings += static_cast<double>(layer.weights.cols()) + 8.0;
   }
-  rounding_.gamma = gamma(4.0 * roundings);  // several times what one chain of sums has: for sums of chains
+  rounding_.gamma = gamma(4.0 * roundings);  // several times one chain of sums, for sums of chains
   const Matrix feature_sizes = inverse_scale.cwiseAbs().asDiagonal() * m.features.cwiseAbs() * inputs.cwiseAbs();
   sizes.front().bias += sizes.front().weights * m.feature_mean.cwiseProduct(inverse_scale).cwiseAbs();
   sizes.front().weights = (sizes.front().weights * feature_sizes).eval();
@@ -79,7 +79,7 @@ JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& in
 std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matrix& mid, AffineValues* values) const {
   const Vector& r = box.radius;
   const double raised = 1.0 + rounding_.gamma;
-  Vector a = box.centre, off = Vector::Zero(r.size());  // values of the layer before at the centre, what they are off
+  Vector a = box.centre, off = Vector::Zero(r.size());  // values of the previous layer at the centre, and their errors
   Vector a_low = box.centre - r, a_high = box.centre + r;
   // Ranges as affine functions of p: a = middle + gradient (p - centre) +- error.
   Vector middle = box.centre, error = Vector::Zero(r.size());

@@ -40,7 +40,7 @@ Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::V
 double spectral_norm(const Eigen::MatrixXd& matrix);
 
 struct LocalLipschitzOptions {
-  std::int64_t boxes = 0;       ///< to look at, at most; 0: what multiply_adds allow
+  std::int64_t boxes = 0;       ///< to look at, at most; 0: as many as multiply_adds allow
   double gap = 0.01;            ///< relative; less is not asked for
   Eigen::MatrixXd points = {};  ///< [z; y], a column each: where the search for steep slopes looks too, in the box
 

@@ -25,7 +25,7 @@ CentredRange slopes_anywhere(Activation activation) {
   return {centre, upward(std::max(range.high - centre, centre - range.low), 1)};
 }
 
-/// The layers with what stands around them: first = W_1 diag(1/scale) features, last = diag(output scale) W_L.
+/// The layers with the matrices around them: first = W_1 diag(1/scale) features, last = diag(output scale) W_L.
 struct Around {
   std::vector<Eigen::MatrixXd> layers;
   Eigen::MatrixXd linear_path;  ///< zeros when there is none

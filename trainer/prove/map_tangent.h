@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// T* over a box as its tangent at the centre and how far T* is from it: what keeps the directions of an error, where a
-// Lipschitz constant keeps its size alone.
+// T* over a box as its tangent at the centre and how far T* is from it: It keeps the directions of an error; a
+// Lipschitz constant keeps only its size.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// For p in the box, inputs p being what the network reads:
+/// For p in the box, with `inputs` p as the network's input:
 ///   |map(inputs p) - value - slopes (p - centre)| <= beside + rounding
 struct MapTangent {
   Eigen::VectorXd value, rounding, beside;  ///< n_out

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How large an estimate can get, wherever z can go: branch and bound on what affine functions enclose of T*
+// How large an estimate can get, for all reachable z: branch and bound on affine enclosures of T*
 // (jacobian_enclosure.h), over the box of all z that readings can lead to and all readings.
 #pragma once
 
@@ -23,7 +23,7 @@ struct LargestOutput {
   std::int64_t boxes = 0;
 };
 
-/// |T*_i| over the region. Ends within `gap` of what is found, or after `boxes`.
+/// |T*_i| over the region. Ends within `gap` of the largest found value, or after `boxes`.
 LargestOutput largest_output(const codegen::Model& model, const MapRegion& region, Eigen::Index output,
                              std::int64_t boxes, double gap, std::uint64_t seed);
 

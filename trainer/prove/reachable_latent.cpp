@@ -202,7 +202,7 @@ LatentHull reached_latent(const codegen::Model& model) {
           const Complex power = past == 0 ? 1.0 : std::pow(mode.factor(), static_cast<double>(past));
           for (Index j = 0; j < y.size(); ++j) {
             const ReachReading& r = mode.readings[static_cast<std::size_t>(j)];
-            if (r.turns) {  // y - y' of the step from k - 1 on; then what S y itself asks for
+            if (r.turns) {  // y - y' of the step from k - 1 on; then the part of S y itself
               const double move = k == 0 ? 1.0 : -sign(power * (r.steady - r.b1));
               y(j) += side * move * r.radius * kInside;
             } else {

@@ -23,7 +23,7 @@ struct LatentHull {
 /// z moves by A, B0 and B1 alone: a linear latent system, and no input acts beside the readings.
 bool moves_linearly(const codegen::Model& model);
 
-/// Steps of one sample period. Outwards by what rounding can do, with the double A - I, B0, B1 that are exported.
+/// Steps of one sample period. Widened by the rounding errors, with the double A - I, B0, B1 that are exported.
 LatentHull reachable_latent(const codegen::Model& model);
 
 /// States that the reference observer reaches with readings at their limits, chosen for each coordinate. Every hull

@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// The largest over the region of what the proof reads of the plant and of T~.
+/// The largest values over the region of the plant's and T~'s quantities in the proof.
 struct RegionMaxima {
   Eigen::VectorXd residual;                                          ///< n_z
   Eigen::VectorXd map;                                               ///< |T~|, n_z

@@ -85,7 +85,7 @@ double start_error(const codegen::Model& model, const Plant& plant, const Simula
          injected_bound(gain, VectorXd::Constant(plant.ny(), noise));
 }
 
-/// Flies the observer over the runs, and sets what is found.
+/// Flies the observer over the runs and sets the results.
 void measure(const codegen::Model& model, const DisturbedRuns& quiet, const DisturbedRuns& disturbed,
              const RobustnessQuestion& question, Robustness& result) {
   enum Kind { kQuiet, kUniform, kAbove, kBelow, kKinds };

@@ -17,7 +17,7 @@
 //  - sqrt(n_x) comes from extending T^-1 component by component; an extension with the same constant exists
 //    (Kirszbraun), and the pseudo-inverse of a linear T is one.
 //  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
-//  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than what the plant contracts.
+//  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than the plant contracts.
 // So each report has a sharper bound beside (19) that needs none of this,
 // with L of this k's own T* and each mode at its own rate:
 //   |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2,   V_i = sup |F_i v|, L_i = sup |dT_i/dx|
@@ -60,7 +60,7 @@ double injected_bound(const Eigen::MatrixXd& injection, const Eigen::VectorXd& v
 /// Bound for one mode.
 double injected_bound(const LatentMode& mode, const Eigen::VectorXd& v);
 
-/// Largest |row of dT/dx| per mode (a pair: spectral norm of its two rows), taken elementwise with what is in `largest`
+/// Largest |row of dT/dx| per mode (a pair: spectral norm of its two rows), the elementwise maximum with `largest`
 /// (empty at first).
 void widen_row_slopes(const std::vector<LatentMode>& modes, const Eigen::MatrixXd& dt_dx, Eigen::VectorXd& largest);
 

@@ -25,7 +25,7 @@ constexpr double gamma(Count n) {
   return exact / (1.0 - exact) * (1.0 + 4.0 * kUnit);
 }
 
-/// At least the real value of what came out as `value` >= 0 from terms >= 0, each of which went through at most
+/// A bound of the exact value, where `value` >= 0 was computed from terms >= 0, each of which went through at most
 /// `roundings` sums, products, quotients and roots; results below 1e-308, too.
 template <class Count>
 constexpr double upward(double value, Count roundings) {
@@ -36,7 +36,7 @@ Eigen::MatrixXd upward(const Eigen::MatrixXd& value, Count roundings) {
   return value.unaryExpr([roundings](double entry) { return upward(entry, roundings); });
 }
 
-/// |a b - what is computed for it| is at most this, entry by entry.
+/// A bound of |a b - its computed value|, entry by entry.
 inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return upward(gamma(a.cols()) * (a.cwiseAbs() * b.cwiseAbs()), a.cols() + 1);
 }

@@ -28,7 +28,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// A box of the region with what is known of it.
+/// A box of the region with its bounds.
 struct Examined {
   StateBox box;
   Vector bound;   ///< n_x

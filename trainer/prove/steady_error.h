@@ -4,10 +4,10 @@
 //
 //   x_hat - x = [T*(T~(x), h(x)) - x]  +  J e,      e = z - T~(x)
 //
-// T~ is a spline that nearly solves (5) (forward_spline.h). What it leaves over, what the hold between two
-// samples leaves over, the noise and the disturbance drive e through A, B0 and B1 (latent_memory.h), so e lies in a
+// T~ is a spline that nearly solves (5) (forward_spline.h). Its residual, the remainder of the hold between
+// two samples, the noise and the disturbance drive e through A, B0 and B1 (latent_memory.h), so e lies in a
 // known set; the Jacobian J of T* over that set is enclosed by jacobian_enclosure.h. The region is cut into boxes until
-// their bounds are close to what their centres say. Rounding is part of every bound.
+// their bounds are close to the values at their centres. Rounding is part of every bound.
 #pragma once
 
 #include <Eigen/Core>

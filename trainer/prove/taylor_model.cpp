@@ -174,7 +174,7 @@ TaylorModel operator*(const TaylorModel& a, const TaylorModel& b) {
 
 template <class SeriesOf>
 TaylorModel TaylorModel::composed(const SeriesOf& series_of) const {
-  TaylorModel rest = *this;  // x less what it is at the centre
+  TaylorModel rest = *this;  // x minus its value at the centre
   rest.coefficients_[0] = 0.0;
   const double by = rest.most(), at = coefficients_[0];
   const Series series = series_of(Interval(at)), everywhere = series_of(Interval(at) + Interval(-by, by));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The analysis of each item; reproduced_items.cpp says what they are of.
+// The analysis of each item; reproduced_items.cpp lists the items.
 #pragma once
 
 #include <string_view>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The control of Table 1: the same start of D, frozen and learned. What learning adds is the difference, not what its
-// start adds over other starts.
+// The control of Table 1: the same start of D, frozen and learned. The benefit of learning is their difference, not the
+// benefit of this start over others.
 #include <fmt/format.h>
 
 #include <array>

@@ -59,7 +59,7 @@ Experiment tested(Experiment experiment, const BenchmarkPlant& plant) {
   return experiment;
 }
 
-/// Fresh runs of one plant under inputs of one kind. u is continuous in time; what the observer reads are its samples.
+/// Fresh runs of one plant under inputs of one kind. u is continuous in time; the observer reads its samples.
 Dataset truth_of(const Experiment& experiment, const InputRange& range, std::uint64_t cell, Eigen::Index runs) {
   const auto plant = make_plant(*experiment.plant);
   RunRandom random(initial_state_seed(kRunsSeed, SeedStream::kTest), RunPurpose::kInputs, 1000 + cell, 0);

@@ -18,7 +18,7 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// A model of logs and what knows less, on each test log.
+/// A model of logs and simpler estimators on each test log.
 class LogExam {
  public:
   LogExam(const Workbench& bench, std::string_view experiment, std::string_view logs)

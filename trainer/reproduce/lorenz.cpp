@@ -27,11 +27,11 @@ namespace {
 constexpr std::uint64_t kFreshSeed = 2022;  // seed of the test alone
 constexpr Eigen::Index kSamples = 3000;
 constexpr double kLeadInS = 10.0;  // until a run is on the attractor
-constexpr int kFiner = 10;         // RK4 at .002 s is exact here; at .02 s it is what filters and trainings know
+constexpr int kFiner = 10;         // RK4 at .002 s is exact here; filters and trainings use .02 s
 constexpr int kFreshShare = 4;     // 50 runs, 150,000 samples
 constexpr int kTunedShare = 16;    // 12 runs
 
-/// With starts all over the attractor: what a filter that is switched on there knows.
+/// With starts all over the attractor, as for a filter that is switched on there.
 Experiment anywhere(Experiment experiment) {
   experiment.simulation.initial_low = {-20.0, -25.0, 0.0};
   experiment.simulation.initial_high = {20.0, 25.0, 50.0};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trainings that a selection of items needs: each distinct (experiment, seed) once, whoever shares it.
+// The trainings that a selection of items needs: each distinct (experiment, seed) once.
 #pragma once
 
 #include <map>

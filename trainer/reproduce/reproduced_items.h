@@ -22,8 +22,8 @@ struct Item {
   std::string_view title;          ///< title of its section
   std::string_view label;          ///< \label of the paper's figure or table, or where else the numbers are from
   std::string_view paper_reports;  ///< the paper's figures and claims
-  /// Names in trainer/experiments/paper/, or with their folder, or shipped with nlo; what is changed in one may follow,
-  /// each change as " section.key=value".
+  /// Names in trainer/experiments/paper/, or with their folder, or shipped with nlo; changes of an experiment may
+  /// follow, each change as " section.key=value".
   std::vector<std::string_view> experiments;
   double analysis_s = 1.0;  ///< roughly, at full size with 3 seeds: the item's share of the bar
   Section (*analyse)(const Workbench& bench);

@@ -22,7 +22,7 @@ double analysis_cost_s(const Item& item, const Request& request) {
   return item.analysis_s * request.seeds / 3.0 * request.size.test_trajectories / kFullSize.test_trajectories;
 }
 
-/// Empty: it has what it needs.
+/// Empty if nothing is missing.
 std::string no_logs(const Item& item, const std::string& data) {
   if (item.logs.empty()) return "";
   if (data.empty()) return fmt::format("{} needs logs: name the folder that holds {}/ by --data", item.name, item.logs);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `nlo reproduce` as a function: train what is missing, analyse, write the page and the CSV files.
+// `nlo reproduce` as a function: train missing models, analyse, write the page and the CSV files.
 #pragma once
 
 #include <atomic>

@@ -18,7 +18,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
 
   LaneValue uniform() override { return next(Pair::kUniform); }
   LaneValue normal() override { return next(Pair::kNormal); }
-  /// The first one last: what the figures of trained models rest on.
+  /// The first one last. Figures of trained models depend on this order.
   void normals(std::span<LaneValue> all) override {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
@@ -165,7 +165,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   if (!data_->failures.none()) fill_missing(group);
 }
 
-/// As flight does it (measurement.h): what is far off tells no more than that it is.
+/// Clamps as in flight (measurement.h).
 void Rollout::clamp(SegmentGroup& group) const {
   for (int row = 0; row < data_->given(); ++row) {
     const float low = limits_.low[static_cast<std::size_t>(row)], high = limits_.high[static_cast<std::size_t>(row)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Segments of recorded trajectories, disturbed by noise and run through the latent system: what a training step, a
+// Segments of recorded trajectories, disturbed by noise and run through the latent system, for a training step, a
 // validation and the normalisation all start from.
 #pragma once
 

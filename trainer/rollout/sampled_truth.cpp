@@ -39,7 +39,7 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, I
   SampledTruth samples{MatrixXd(model.nz(), size), MatrixXd(model.nr(), size), MatrixXd(model.nx(), size),
                        Eigen::VectorXd(size)};
   for (Index k = 0; k < size; ++k) {
-    // A step that is no whole number meets every phase of a run, whatever the runs' common length is.
+    // A step that is no whole number meets every phase of a run, for any common length of the runs.
     const Place& place = all[static_cast<std::size_t>(k * total / size)];
     const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(place.group)];
     const auto at = [&](const std::vector<float>& signal, Index row) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Samples of roll-outs with their truth, as matrices: what readouts are fitted on and judged by.
+// Samples of roll-outs with their truth, as matrices, for fitting and judging readouts.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When sensors measure, on the readings of a group of segments: they show what was some time ago, or at other instants
+// When sensors measure, on the readings of a group of segments: they show values of some time ago, or of other instants
 // than the observer is told, before noise is added; and then they lose samples. Streams of their own,
 // so that no noise changes.
 #include <algorithm>

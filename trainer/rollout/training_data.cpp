@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Numbers the distinct steps. A grain of 1/16384 of the period misplaces y by at most 1/32768 of what it moves in a
+/// Numbers the distinct steps. A grain of 1/16384 of the period misplaces y by at most 1/32768 of its change in a
 /// sample, below any sensor's resolution; and the errors do not add up, since the latent system forgets.
 class DistinctSteps {
  public:
@@ -132,7 +132,7 @@ std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout
   std::vector<Segment> segments;
   if (dropout == 0.0) return segments;
   for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
-    if (data.is_computed(data.failures.outputs[i])) continue;  // missing where what it is computed of is
+    if (data.is_computed(data.failures.outputs[i])) continue;  // missing if its source is
     for (Segment run : whole_runs(data)) {
       run.outages.resize(data.failures.outputs.size());
       run.outages[i] = {0, run.length};

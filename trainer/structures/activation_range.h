@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How large the activations of T* get on the training data: what an export in integers scales relu by.
+// How large the activations of T* get on the training data, for the scale of relu in integers.
 #pragma once
 
 #include "codegen/model/model.h"

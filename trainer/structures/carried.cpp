@@ -160,7 +160,7 @@ class CarriedStructure final : public TrainableStructure {
     model.structure = std::move(own);
   }
 
-  /// Ranges that a turned sensor has, too: of each component what the largest has, on both sides of 0.
+  /// Ranges that a turned sensor has, too: each component has the range of the largest, on both sides of 0.
   void complete(const ObserverStructure& structure, codegen::Model& model) const override {
     const Eigen::Index modes = structure.latent.rows / structure.outputs();
     const auto widen = [](Eigen::VectorXd& low, Eigen::VectorXd& high, Eigen::Index first, Eigen::Index stride) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A network within a latent system: its shape from the config, the scales of what it reads from the data.
+// A network within a latent system: its shape from the config, the scales of its inputs from the data.
 #pragma once
 
 #include <cstdint>

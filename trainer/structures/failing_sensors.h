@@ -16,7 +16,7 @@ std::vector<Key<ObserverConfig>> failing_sensor_keys();
 /// Whether may_fail names any.
 bool has_failing_sensors(const ObserverConfig& observer);
 
-/// [observer] of another structure that has these keys: all defaults but them and what says how inputs act.
+/// [observer] of another structure that has these keys: all defaults but them and the hold of inputs.
 ObserverConfig plain_observer_of(std::string_view structure, const ObserverConfig& other);
 
 /// Throws KeyError unless may_fail names outputs, each once, no angle, and leaves one to observe by.

@@ -21,7 +21,7 @@ namespace {
 
 /// Keys of [observer] that a gated observer alone has.
 struct GatedConfig {
-  double contraction = 0.0;  ///< > 0: what the units' coupling may reach (codegen/model/contraction.h), below 1
+  double contraction = 0.0;  ///< > 0: limit of the units' coupling (codegen/model/contraction.h), below 1
 };
 
 /// The unit of rates: a sample period [s].
@@ -105,7 +105,7 @@ class Gated final : public TrainableStructure {
     return parameters;
   }
 
-  /// Scales what a unit's rate and target read of z until the coupling of its row is no more than it may be.
+  /// Scales the weights of a unit's rate and target on z until the coupling of its row is within its limit.
   void constrain(const ObserverStructure& structure, float* parameters) const override {
     const double limit = structure.own.get<CouplingLimit>().value;
     if (limit == 0.0) return;

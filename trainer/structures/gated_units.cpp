@@ -37,7 +37,7 @@ void product(const Scalar* w, int stride, int row_count, int columns, const Scal
                            });
 }
 
-/// Calls each(at, register) for [0, size): by whole registers, and by those of eight scalars what is left.
+/// Calls each(at, register) for [0, size): by whole registers, and the rest by registers of eight scalars.
 template <class Scalar, class Each>
 void by_registers(std::size_t size, const Each& each) {
   constexpr int kWide = simd::kLanes<Scalar>, kNarrow = std::min(kWide, kGroup);
@@ -97,7 +97,7 @@ void GatedUnits<Scalar>::gather_readings(const GatedRun<Scalar>& run, int time) 
 
 /// The gates and the target of columns side by side, as gated.inc of the runtime:
 ///   in          [z; readings]
-///   raw_share   what the share of the way is made of, before its tanh; null: not wanted
+///   raw_share   the share of the way before its tanh; null: not wanted
 ///   gate        tanh of the share's, then of the reset's
 ///   reset_in    its readings are there, z becomes that of `in` after the reset; may be `in`
 template <class Scalar>

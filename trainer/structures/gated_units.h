@@ -34,7 +34,7 @@ class GatedLoop {
  public:
   virtual ~GatedLoop() = default;
 
-  /// Writes the readings of a sample into what GatedRun::readings points at.
+  /// Writes the readings of a sample to the memory of GatedRun::readings.
   virtual void read(int time) = 0;
   /// The units have stepped. in: [z; readings], those normalised, a row of eight each.
   virtual void stepped(int time, const Scalar* in) = 0;
@@ -61,7 +61,7 @@ class GatedUnits {
   /// Reads theta, which must stay where it is until the next prepare().
   void prepare(const Scalar* theta);
 
-  /// Fills run.latent. `loop`: what makes the readings; null: they are there.
+  /// Fills run.latent. `loop`: makes the readings; null: they exist already.
   void forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>* loop = nullptr);
 
   /// Gradient of the parameters, from run.latent as forward() left it, run.cotangent and the readings; 0 for others'.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The KKL latent system (16), z' = D z + F y, by the general route: what the paper trains by, and what the filter of
+// The KKL latent system (16), z' = D z + F y, by the general route, as in the paper. The filter of
 // gradients/sensitivity/linear_latent.h is tested against. theta: parameters of the eigenvalues, as there.
 #pragma once
 

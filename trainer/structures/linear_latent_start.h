@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// D and F of z' = D z + F y as [observer] gives them, and what T* reads of z: of a KKL observer, and of what the
+// D and F of z' = D z + F y as [observer] gives them, and the features of z for T*: for a KKL observer, and for the
 // network of a general one starts as.
 #pragma once
 

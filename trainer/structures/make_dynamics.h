@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a structure to what rolls it out.
+// Makes the dynamics of a structure for roll-outs.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer as training sees it: what its latent system is, what T* reads, where the parameters lie.
+// An observer in training: its latent system, the features of T*, the layout of the parameters.
 // Flat parameters: [latent system | T* | T].
 #pragma once
 

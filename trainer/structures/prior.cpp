@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observer with a prior (codegen/model/prior.h): the plant's known equations, corrected by what gated units learn.
+// Observer with a prior (codegen/model/prior.h): the plant's known equations, corrected by gated units that learn.
 #include "codegen/model/prior.h"
 
 #include <fmt/format.h>

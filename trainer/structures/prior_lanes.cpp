@@ -144,7 +144,7 @@ void PriorLanes<Scalar>::predict_back(int time, L* cotangent) {
   }
 }
 
-/// The readings of a sample: what was measured, the prior, and the innovation between them.
+/// The readings of a sample: the measurement, the prior, and the innovation.
 template <class Scalar>
 void PriorLanes<Scalar>::read(int time) {
   const int nx = setting_.nx(), ny = setting_.ny();
@@ -175,8 +175,8 @@ auto PriorLanes<Scalar>::noise(int correction) const -> L {
   return result;
 }
 
-/// From the cotangent of a variance, which is proportional to noise(correction), to that of what the correction's layer
-/// has there.
+/// From the cotangent of a variance, which is proportional to noise(correction), to that of the output of the
+/// correction's layer has there.
 template <class Scalar>
 void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& to_variance) {
   for (int l = 0; l < kGroup; ++l) {
@@ -185,7 +185,7 @@ void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& 
   }
 }
 
-/// Fills gain_ from [m; w], measured_, and x_: what the correction makes of the prior, before the range cuts it off.
+/// Fills gain_ from [m; w], measured_, and x_: the corrected prior before it is clamped to the range.
 template <class Scalar>
 void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   const int first = 3 * setting_.units, nx = setting_.nx(), ny = setting_.ny();
@@ -302,7 +302,7 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   for (std::size_t i = 0; i < lane(setting_.units, 0); ++i) to_z[i] += to_in_[i];
 }
 
-/// From what the units read, and from to_x_, to dl/d[x; p] of the sample before.
+/// From the cotangents of the units' inputs and to_x_ to dl/d[x; p] of the previous sample.
 template <class Scalar>
 void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   const int nx = setting_.nx(), ny = setting_.ny();

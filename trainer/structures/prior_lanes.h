@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // An observer with a prior (codegen/model/prior.h) over whole trajectories, eight side by side, and its gradient:
 // backpropagation through time, exact for the discrete steps, with exact derivatives of the known equations.
-//   back from g = dl/d[x; p]_k, less what the range cuts off: through the measurement (covariance_lanes.h), with
-//   x_k = ... + K s(nu) + b to K g s(nu)' and to b g, to nu and x- by what the units read; then through RK4 of
+//   back from g = dl/d[x; p]_k, without the parts that the range clamps: through the measurement (covariance_lanes.h),
+// with
+//   x_k = ... + K s(nu) + b to K g s(nu)' and to b g, to nu and x- through the units' inputs; then through RK4 of
 //   [x; p], stage by stage, to dl/d[x; p]_{k-1}
 #pragma once
 

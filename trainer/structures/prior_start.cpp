@@ -30,7 +30,7 @@ std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> Traini
   return ranges;
 }
 
-/// Mean squares of what the equations do not explain.
+/// Mean squares of the residuals of the equations.
 struct LeftOver {
   std::vector<double> states, outputs;
 };
@@ -112,7 +112,7 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   for (int i = 0; i < nx; ++i) {
     const Range& range = states[static_cast<std::size_t>(i)];
     const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
-    // A sine has no other values, and what divides by what is made of them must not be 0.
+    // A sine has no other values, and divisors made from them must not be 0.
     const bool on_circle = own.on_circle[static_cast<std::size_t>(i)];
     own.start.push_back(range.moments.mean);
     own.low.push_back(on_circle ? -kCircle : range.low - beyond);

@@ -19,7 +19,7 @@ ObserverStructure make_structure(const Experiment& experiment, bool trains_forwa
                                  const std::vector<Channel>& outputs, const std::vector<Channel>& states,
                                  const std::vector<Channel>& read_inputs = {}, int failing = 0);
 
-/// Sets the means and scales of what a network within the latent system reads; before anything is rolled out.
+/// Sets the means and scales of the inputs of a network within the latent system, before any roll-out.
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);
 
 /// Sets means and scales from the training data as flown (flight_segments): those of features over all samples, masked

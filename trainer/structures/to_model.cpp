@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their range
+/// The domain: the latent states of training, relative to S y for relative outputs, and a tenth of their range
 /// more. Readings: one more range on either side before a measurement is called impossible, or an input, and where the
 /// noise has tails the limits that training had; angles have 64 turns here, and 2^16 in
 /// flight (codegen/model/flown_ranges.h), where relative outputs are not clamped either.

@@ -41,7 +41,7 @@ class TrainableStructure {
   /// Keys of [observer] that this structure alone has: own_key() of a struct in ObserverConfig::own.
   virtual std::vector<Key<ObserverConfig>> own_keys() const;
 
-  /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
+  /// Throws KeyError for keys of an experiment that do not fit this structure.
   virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
 
   // Its parts.
@@ -57,19 +57,20 @@ class TrainableStructure {
   // Candidates of nlo train --auto (app/sweep/search.h).
 
   /// Turns an experiment of another structure into one of this, with settings that suit it; the sections that all
-  /// structures share stay as far as they can. False where the structure wants to know what only a user can say.
+  /// structures share stay as far as they can. False if the structure needs information from the user.
   virtual bool adopt(Experiment&, double /*sample_period_s*/) const { return false; }
 
-  /// Changes what is the structure's own: eigenvalues, units.
+  /// Varies the structure's own settings: eigenvalues, units.
   virtual void vary(Experiment&, Draws&) const {}
 
   /// Sensors that may fail, with where they rest in the training data.
   virtual codegen::SensorFailures failures(const Experiment&, const Dataset&) const { return {}; }
 
-  /// The structure of an experiment, for the channels of a dataset: all but what every structure has (structure.cpp).
+  /// The structure of an experiment, for the channels of a dataset: without the common parts of every structure
+  /// (structure.cpp).
   virtual void make(const Experiment& experiment, ObserverStructure& structure) const = 0;
 
-  /// Sets the means and scales of what a network within the latent system reads.
+  /// Sets the means and scales of the inputs of a network within the latent system.
   virtual void normalise_dynamics(ObserverStructure&, const TrainingData&, ThreadPool&) const {}
 
   /// Initial parameters of the latent system.
@@ -81,7 +82,7 @@ class TrainableStructure {
   virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
   virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
 
-  /// Turns parameters into the nearest that the structure allows, after each step of the optimiser and of what averages
+  /// Turns parameters into the nearest that the structure allows, after each step of the optimiser and of the average
   /// them. Most allow all.
   virtual void constrain(const ObserverStructure&, float* /*parameters*/) const {}
 
@@ -91,11 +92,11 @@ class TrainableStructure {
                                                           const ObserverStructure& structure,
                                                           const std::vector<double>& steps_s, int threads) const;
 
-  /// Fills what is the structure's own of a model that has names, channels and sizes.
+  /// Fills the structure's own parts of a model that has names, channels and sizes.
   virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                         const Dataset& dataset, codegen::Model& model) const = 0;
 
-  /// Adds what follows from its ranges, once the model has them.
+  /// Adds the parts that follow from the model's ranges.
   virtual void complete(const ObserverStructure&, codegen::Model&) const {}
 };
 

@@ -22,7 +22,7 @@ void vary_units(UnitSettings& units, Draws& draws);
 /// Replaces another structure's settings of training by those that suit units.
 void train_units(Experiment& experiment);
 
-/// Throws KeyError for what an observer of gated units has no use for. `what`: "a gated observer".
+/// Throws KeyError for keys that do not fit gated units. `what`: "a gated observer".
 void check_units(const Experiment& experiment, const char* what);
 
 /// Biases of the units' rates: spread evenly over their logarithms, (1 + tanh a) / 2 = 1 - exp(-rate period).

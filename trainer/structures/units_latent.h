@@ -14,7 +14,7 @@ namespace nlo::trainer {
 template <class Units>
 class UnitsLatent final : public LatentDynamics {
  public:
-  /// make() gives the units of a thread.  period_s: what rates are told in
+  /// make() gives the units of a thread.  period_s: unit of rates
   template <class Make>
   UnitsLatent(int rows, int parameters, double period_s, const std::vector<double>& steps_s, int threads,
               const Make& make)

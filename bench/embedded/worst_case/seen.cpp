@@ -38,8 +38,8 @@ float between(float low, float high) {
   return low + (high - low) * static_cast<float>(random(1U << 20U)) / static_cast<float>(1U << 20U);
 }
 
-/// Not-a-number of both signs, infinities, zeros, denormals, the largest and the smallest, and what is_finite and
-/// is_below ask for.
+/// Not-a-number of both signs, infinities, zeros, denormals, the largest and the smallest, and the limits of
+/// is_finite and is_below.
 constexpr std::uint32_t kHard[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000, 0x00000000, 0x80000000,
                                    0x00000001, 0x807fffff, 0x00800000, 0x7f7fffff, 0xff7fffff, 0x71800000, 0xf17fffff,
                                    0x0d800000, 0x4e800000, 0xce7fffff, 0x3f000000, 0xbf000000, 0x40f80000};
@@ -122,7 +122,7 @@ void choose_state() {
       std::memcpy(called.state + 4 * random(called.bytes / 4), &value, sizeof(value));
       break;
     }
-    case 3:  // z wherever it can be, so that what follows saturates
+    case 3:  // any reachable z, so that the following steps saturate
       for (unsigned at = 0; at + 4 <= called.bytes - 4; at += 4) {
         const float value = as_float((random.bits() & 0x807fffffU) | (100U + random(100)) << 23U);
         std::memcpy(called.state + at, &value, sizeof(value));

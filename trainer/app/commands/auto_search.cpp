@@ -62,7 +62,7 @@ class Search {
     const std::vector<Rung> rungs = halving_rungs(record_.candidates.size(), record_.seconds - reserved_s);
     for (std::size_t r = 0; r < rungs.size(); ++r) {
       if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
-      // One by one: what a second trains is measured, and the next rung goes by it.
+      // One by one, because the speed of training is measured for the next rung.
       const bool last = r + 1 == rungs.size();
       std::vector<Job> trainings;
       for (Trial& trial : record_.rungs[r])
@@ -122,7 +122,7 @@ class Search {
       if (drawn && std::none_of(record_.candidates.begin(), record_.candidates.end(), same)) try {
           add(*drawn, index == 0);
         } catch (const codegen::Error&) {
-          if (index == 0) throw;  // no draw, but what the user has
+          if (index == 0) throw;  // not a draw, but the user's experiment
         }
       check_interrupt();
       if (index == 0) {
@@ -142,8 +142,8 @@ class Search {
 
   double least_steps() const { return kLeastShareOfSteps * task_.experiment.training.steps; }
 
-  /// Candidates that the last rung would hardly train. The experiment as it stands is what the others are told by:
-  /// without it there is no search.
+  /// Candidates that the last rung would hardly train. Other candidates are described by their differences from the
+  /// given experiment, so there is no search without it.
   void leave_out_slow() {
     if (record_.by_hand_fits()) return;
     const double last_s = halving_rungs(record_.candidates.size(), record_.seconds).back().seconds;
@@ -164,7 +164,7 @@ class Search {
 
   static TrainingPace pace(const Candidate& candidate) { return {candidate.setup_s, candidate.steps_per_s}; }
 
-  /// A few steps: how fast it trains, and what it costs in flight.
+  /// Trains a few steps, for the speed of training and the cost in flight.
   void add(const Experiment& drawn, bool as_it_stands) {
     constexpr int kSteps = 24, kWarm = 4;
     Experiment experiment = drawn;

@@ -25,7 +25,7 @@ struct TooLittleTime : RunFailure {
 /// Runs the search in `directory`, which the caller has taken (run_folder.h), or goes on with the one that was
 /// interrupted there: killed at any moment and run again it tries the same. Throws RunFailure when it was interrupted
 /// or nothing could be trained, TooLittleTime (before anything is written, unless trainings turn out slower than they
-/// began) where what it finds would be trained for less than kLeastShareOfSteps, codegen::Error where the directory
+/// began) where the result would be trained for less than kLeastShareOfSteps, codegen::Error where the directory
 /// holds another search, or where nothing keeps to the budget.
 SearchRecord run_search(const SearchTask& task, const SearchBudget& budget, const std::string& directory, bool resume,
                         bool quiet);

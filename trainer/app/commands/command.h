@@ -30,7 +30,7 @@ auto run_phase(Work&& work) {
   }
 }
 
-/// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
+/// Each adds a subcommand. If it is chosen, parsing sets `action` to its work.
 using Action = std::function<void()>;
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 void DirectoryLock::take(const std::string& directory, std::chrono::milliseconds patience) {
   if (descriptor_ >= 0) return;
   const int opened = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (opened < 0) return;  // whoever writes there says why
+  if (opened < 0) return;  // the error of a later write says why
   const auto give_up = std::chrono::steady_clock::now() + patience;
   int reason = 0;
   do {

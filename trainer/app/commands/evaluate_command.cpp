@@ -67,7 +67,7 @@ constexpr const char* kShippedConditions = "default";
 struct EvaluateOptions {
   std::vector<CLI::Option*> for_plants;                  ///< not for --data
   std::vector<CLI::Option*> for_conditions;              ///< only for --conditions and --as-trained
-  CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on what is tested
+  CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on the test
 };
 
 /// The values of --against.
@@ -450,7 +450,7 @@ void run_evaluate(EvaluateArguments arguments) {
   }
 }
 
-/// `action` runs the command, after `before` has seen what was given.
+/// `action` runs the command, after `before` has seen the arguments.
 void set_up(CLI::App* command, Action& action, const std::function<void(EvaluateArguments&)>& before) {
   auto arguments = std::make_shared<EvaluateArguments>();
   const EvaluateOptions options = add_evaluate_options(command, *arguments);

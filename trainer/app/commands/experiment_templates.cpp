@@ -69,7 +69,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-/// A line of a comment: whatever a file's heading holds stays within it.
+/// Makes one line of comment, for any text of a file's heading.
 std::string one_line(std::string text) {
   std::ranges::replace_if(
       text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');

@@ -9,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// A plant by equations that trains as it is, with what else there may be as comments.
+/// An experiment with a plant by equations, complete, with further keys as comments.
 ///   name  of the experiment, an identifier
 ///   file  where it is written, for its comments
 std::string plant_template(const std::string& name, const std::string& file);

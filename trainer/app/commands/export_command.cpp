@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo export: model file -> what a target includes.
+// nlo export: model file -> files of a target.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -50,7 +50,7 @@ class TrainingDisplay {
   }
 
  private:
-  /// Says what the RMSE of the progress means where the units of the states do not add up.
+  /// Explains the RMSE of the progress if the states have different units.
   void say_units(const Dataset& training) const {
     if (experiment_.loss.is_normalised())
       fmt::print(stderr, "rmse: of each state over its standard deviation, as the loss is\n");

@@ -9,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// How the trainings of a run go on, and what they tell.
+/// Options and messages of the trainings of a run.
 struct RoundsOptions {
   bool resume = false;  ///< from the checkpoints in the run's folder
   bool quiet = false;   ///< no progress on stderr; warnings are printed all the same

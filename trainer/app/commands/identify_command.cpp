@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and what filters that know
-// the plant so found make of the test logs.
+// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and the errors of filters
+// with the identified plant on the test logs.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -56,7 +56,7 @@ Identification read_argument(const IdentifyArguments& arguments) {
                                                    : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
-/// Refuses to replace what this identification has not written itself.
+/// Refuses to replace files that this identification has not written.
 void check_result_file(const std::string& file, const std::string& name, bool force) {
   std::error_code ignored;
   if (force || !std::filesystem::exists(file, ignored)) return;

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 /// equations, or an [excitation] or a [feedback] of any plant.
 std::string ignored_inputs(const Experiment& experiment);
 
-/// One line for stderr about what the provenance says; empty when it says nothing.
+/// One line for stderr about the provenance; empty if there is nothing to say.
 std::string ignored_inputs_note(const codegen::Model& model);
 
 /// How old each input must be in flight, by [[log.columns]] delay_s, in samples; empty where none is delayed.

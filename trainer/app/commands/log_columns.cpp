@@ -78,7 +78,7 @@ const codegen::Channel* channel_of(const codegen::Model& model, const ColumnConf
   }
 }
 
-/// Whether resolve_columns() can tell the unit of a velocity from that of what it is the derivative of.
+/// Whether resolve_columns() can derive the unit of a velocity from the unit of its source.
 bool derives_from_known_unit(const ColumnConfig& column, const LogConfig& log) {
   return std::any_of(log.columns.begin(), log.columns.end(), [&](const ColumnConfig& source) {
     const bool is_source = source.name == column.derivative_of || source.column == column.derivative_of;
@@ -186,7 +186,7 @@ std::optional<Dataset> training_logs_beside(const codegen::Model& model, const E
   try {
     const std::string folder = std::filesystem::path(files.front()).parent_path().string();
     training = load_logs(columns, folder, experiment.log->train_files, &report);
-  } catch (const codegen::Error&) {  // not there, or not what it was
+  } catch (const codegen::Error&) {  // missing or changed
     return std::nullopt;
   }
   const TrainingLogs remembered = parse_training_logs(fact->second);

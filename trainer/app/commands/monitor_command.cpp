@@ -219,8 +219,8 @@ void write(const codegen::Model& model, const std::string& output, const std::st
   }
 }
 
-/// Chooses the time constant and the rate of false alarms unless the user has. Returns lines that say what is unusual
-/// about them. Throws codegen::Error if the user asks for a rate that averages over so long a time cannot have.
+/// Chooses the time constant and the rate of false alarms unless the user has. Returns notes on
+/// unusual values. Throws codegen::Error for a rate that averages over so long a time cannot have.
 std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Model& model, const SensedRuns& runs,
                                       bool recorded) {
   TimeConstant chosen{request.time_constant_s};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The options of a command, a statement for each: its name, what it sets, what it means. Those that several commands
-// have are said here once.
+// The options of a command, a statement for each: name, variable, meaning. Options of several commands
+// are defined here once.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// Checks of options, for CLI11: empty when the text is fine, else what it must be. CLI11's own let -1 wrap round to a
+/// Checks of options, for CLI11: empty if the text is fine, else the expected form. CLI11's own let -1 wrap round to a
 /// big unsigned number, and NaN through every range.
 std::string check_seed(const std::string& text);
 std::string check_scale(const std::string& text);
@@ -25,7 +25,7 @@ class Options {
     return command_.add_flag(name, to, meaning);
   }
 
-  /// `type`: what the help calls the value, where the C++ type does not say it.
+  /// `type`: name of the value in the help, if the C++ type does not show it.
   template <class T>
   CLI::Option* value(const std::string& name, T& to, const std::string& meaning, const std::string& type = "") {
     CLI::Option* option = command_.add_option(name, to, meaning);
@@ -72,7 +72,7 @@ class Options {
     return value(name, to, meaning, "DIR");
   }
 
-  /// --set, --seed and --threads in place of what an experiment says.
+  /// --set, --seed and --threads, which override an experiment.
   void experiment(ExperimentArgument& to);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands that are programs of their own, beside nlo: whoever wants an observer does not build them.
+// Commands that are programs of their own, beside nlo, which users of observers need not build.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -95,7 +95,7 @@ void check_output_file(const std::string& file, bool makes_folder) {
 
 void write_output_file(const std::string& file, const std::string& text) {
   if (is_stdout(file)) {
-    std::fwrite(text.data(), 1, text.size(), stdout);  // main() looks at what became of it
+    std::fwrite(text.data(), 1, text.size(), stdout);  // main() checks for errors
   } else {
     codegen::write_file_atomically(file, text);
   }

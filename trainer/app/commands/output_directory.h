@@ -13,7 +13,7 @@ namespace nlo::trainer {
 /// Throws codegen::Error when the directory cannot be made or written to, or when it is "-": stdout is no folder.
 void check_output_directory(const std::string& path);
 
-/// Makes it, with what is above it. Throws codegen::Error.
+/// Makes the directory with its parents. Throws codegen::Error.
 void make_output_directory(const std::string& path);
 
 /// A directory that no other nlo writes to as long as the object lives.

@@ -19,7 +19,7 @@ class PatientProgress {
  public:
   PatientProgress() { line_.log_after(kPatience); }
 
-  /// `share` in [0, 1] of the work is done; `what` is being worked on.
+  /// `share`: finished share of the work, in [0, 1]; `what`: the current work.
   void update(double share, const std::string& what) {
     line_.update(
         share, share >= 1.0,

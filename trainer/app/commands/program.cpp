@@ -133,7 +133,7 @@ CLI::App& chosen(CLI::App& app) {
   return commands.empty() ? app : *commands.front();
 }
 
-/// CLI11's message, and what was meant by an unknown command or option.
+/// CLI11's message, with the nearest name for an unknown command or option.
 std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
   CLI::App& command = chosen(app);
   std::vector<std::string> known;

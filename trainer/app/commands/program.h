@@ -8,7 +8,7 @@
 
 namespace nlo::trainer {
 
-/// Reads the command line of the program `name` and does what it asks for. `add` gives the program its options and
+/// Reads the command line of the program `name` and executes it. `add` gives the program its options and
 /// commands, and chooses the action, at once or when a command is parsed. Returns the exit code; results are on stdout,
 /// an error is one line on stderr. No strings: an allocation that fails before it is called is not told.
 int run_program(int argc, char** argv, const char* name, const char* description,

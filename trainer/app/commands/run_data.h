@@ -45,8 +45,8 @@ PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory
 std::uint64_t logs_fingerprint(const PreparedRun& run);
 
 /// Simulates the plant and, where the draft is not complete, derives the rest from the data. Arguments as for
-/// read_logs(), which made `run`; unless `quiet`, what was derived goes to stderr. Throws codegen::Error, or RunFailure
-/// for a plant that leaves the numbers.
+/// read_logs(), which made `run`; unless `quiet`, the derived keys go to stderr. Throws codegen::Error, or RunFailure
+/// for a plant whose states do not stay finite.
 void simulate_and_derive(const DraftExperiment& draft, const std::string& directory, bool quiet, PreparedRun& run);
 
 /// Prints the warnings about simulated runs to stderr. `nlo train` prints them even if quiet.

@@ -26,7 +26,7 @@ namespace {
 
 /// CSV with a heading, a row per sample:
 ///   time              of the run [s]
-///   step_s            what step() is told; 0: the sample period
+///   step_s            dt of step(); 0: the sample period
 ///   OUTPUT...         as measured, angles within half a turn of 0; nan where it is missing
 ///   INPUT...          as given
 ///   STATE_estimate... x_hat as it is: of an angle any turn

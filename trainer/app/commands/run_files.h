@@ -19,8 +19,8 @@ struct RunFiles {
 /// Throws codegen::Error when one cannot be written, or has another ending.
 void check_run_files(const RunFiles& files);
 
-/// Writes FILE of the one run that the evaluation has kept, or FILE_1, FILE_2... of several; says on stderr what it
-/// wrote. Throws codegen::Error, without gnuplot when a picture is wanted too.
+/// Writes FILE of the one run that the evaluation has kept, or FILE_1, FILE_2... of several; names the written files on
+/// stderr. Throws codegen::Error, without gnuplot when a picture is wanted too.
 void write_run_files(const RunFiles& files, const codegen::Model& model, const LogEvaluation& evaluation,
                      bool uniform_steps);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of nlo train --auto: what its candidates train on and are chosen by.
+// The data of nlo train --auto, on which its candidates are trained and chosen.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// An experiment whose logs are split for a search, and what comes of them.
+/// An experiment whose logs are split for a search, with its data.
 struct SearchTask {
   Experiment experiment;  ///< as it stands; with logs: those held out are its validation_files
   RunData data;           ///< data of the experiment

@@ -24,7 +24,7 @@ std::vector<JobResult> collect_results(const std::vector<CheckedJob>& jobs, cons
                                        const SweepPlaces& places, bool timed,
                                        const std::function<void(double share, const std::string& job)>& progress);
 
-/// Writes sweep.csv and pareto.svg into the folder of the sweep and returns what a terminal shows. Throws
+/// Writes sweep.csv and pareto.svg into the folder of the sweep and returns the text for a terminal. Throws
 /// codegen::Error when one cannot be written, or without gnuplot.
 std::string write_collection(const std::vector<CheckedJob>& jobs, const std::vector<JobResult>& results,
                              const std::string& folder);

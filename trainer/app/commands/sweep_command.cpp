@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo sweep: a plan of many trainings as jobs, for whatever runs them; nlo sweep collect: what came of them.
+// nlo sweep: a plan of many trainings as jobs for any job runner; nlo sweep collect: their results.
 #include <fmt/core.h>
 #include <fmt/format.h>
 

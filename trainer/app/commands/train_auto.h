@@ -7,8 +7,8 @@
 
 namespace nlo::trainer {
 
-/// Writes what nlo train does, and experiment.toml, what was found, auto.html, what was tried, and auto.json, the same
-/// for programs. Throws as run_train and run_search do.
+/// Writes the files of nlo train, experiment.toml with the result of the search, auto.html with all trials, and
+/// auto.json, the trials for programs. Throws as run_train and run_search do.
 void run_train_auto(const TrainArguments& arguments, const SearchBudget& budget);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One progress bar over many trainings, and what else is to be done, weighted by what they cost. Safe to call from
+// One progress bar over many trainings and other work, weighted by their costs. Safe to call from
 // several threads.
 #pragma once
 
@@ -20,7 +20,7 @@ struct JobsState {
   double elapsed_s = 0.0, left_s = 0.0;
 };
 
-/// Bar, share, models, time left and what is being done, in at most `columns` terminal columns.
+/// Bar, share, models, time left and current work, in at most `columns` terminal columns.
 std::string jobs_bar_line(const JobsState& state, std::size_t columns, bool utf8);
 
 /// Describes the state in words, for a log.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A list of trainings, for every command that has one: several at once or one by one, with one display. A job keeps its
 // own state in files (kept_training.h); a list that was stopped or killed is run again,
-// and each job finds what is done.
+// and each job finds its finished work.
 // Ctrl-C while something long runs.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace nlo::trainer {
 enum class JobEnd {
   kDone,
   kFound,   ///< its result was there, of the same inputs: nothing was to be done
-  kStopped  ///< `stop` was set: what it keeps is saved
+  kStopped  ///< `stop` was set; its state is saved
 };
 
 /// Arguments of a job.

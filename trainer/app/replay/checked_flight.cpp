@@ -25,7 +25,7 @@ using codegen::TextForm;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// A golden replay's tolerance is what its emulation showed, some times over; networks that amplify rounding go beyond
+// A golden replay's tolerance is a multiple of the error in its emulation; networks that amplify rounding go beyond
 // it. A wrong number shows much more.
 constexpr double kTimesGolden = 16.0, kShareInFloat = 1e-4, kShareInDouble = 1e-9;
 

@@ -22,7 +22,8 @@ class FlightComparison {
   /// `single`: its numbers are floats.
   FlightComparison(const FlightLog& log, bool single) : log_(log), single_(single) {}
 
-  /// Whether `answer` is what was logged in `row`, to the bit or to the printed digits. True where nothing was.
+  /// Whether `answer` equals the logged value in `row`, to the bit or to the printed digits. True without a logged
+  /// value.
   bool same(const LoggedColumn& column, Eigen::Index row, double answer) const;
 
   /// The column that differs in `row`; null: none. `answers`: one column of them.

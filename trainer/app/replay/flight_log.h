@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A recorded flight: what a firmware gave its observer at each step, and what that answered, from a CSV.
+// A recorded flight from a CSV: the inputs and the answers of an observer at each step.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct LoggedColumn {
 
 /// Rows of the answers (flown_export.h); estimates follow.
 enum Answer : Eigen::Index { kAnswerStatus, kAnswerInDomain, kAnswerEstimate };
-/// Rows of what is given; outputs and inputs follow.
+/// Rows of the given values; outputs and inputs follow.
 enum Given : Eigen::Index { kGivenCommand, kGivenDt, kGivenReading };
 /// The action of a call: bits of the row kGivenCommand.
 inline constexpr double kStep = 0, kStepOverDt = 1, kReset = 2, kWarmStart = 4;

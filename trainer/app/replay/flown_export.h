@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The export that flew, on this machine: generated, compiled beside a small driver, and run over recorded readings. C99
-// has the bits of the deterministic policy and of the single header, whatever the processor; the C++ header those of
+// has the bits of the deterministic policy and of the single header on any processor; the C++ header those of
 // the fast policy as this compiler and these flags make them.
 #pragma once
 

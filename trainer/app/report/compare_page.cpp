@@ -94,7 +94,7 @@ std::size_t reference_column(const Study& study) {
   return found;
 }
 
-/// "0.117 ± 0.02 *" with what is after the number below it.
+/// "0.117 ± 0.02 *" with the text after the number below it.
 Table narrow(Table table) {
   constexpr std::string_view kBetween = " ± ", kStar = " *";
   for (auto& row : table.rows)

@@ -14,7 +14,7 @@ struct Series {
   enum class Style {
     kLine,
     kThinLine,
-    kBroadLine,  ///< half transparent: what is drawn over it stays visible, and it beside that
+    kBroadLine,  ///< half transparent, so that lines over it stay visible
     kDashes,
     kDots,
     kPoints,

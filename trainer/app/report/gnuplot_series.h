@@ -18,7 +18,7 @@ bool drawable(const Series& series);
 std::string data_text(const Series& series);
 bool has_third_column(const Series& series);
 
-/// One line "x y value" per cell, a blank line after each row of cells: what `with image` reads.
+/// One line "x y value" per cell, a blank line after each row of cells, for `with image`.
 std::string data_text(const HeatMap& map);
 
 /// "with lines lw 1.8 lc rgb '#2f7de1'"

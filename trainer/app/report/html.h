@@ -17,7 +17,7 @@ namespace nlo::trainer {
 std::string escaped(std::string_view text);
 
 /// A table of plain text. The first cell names its row, lines between rows are left out. Columns of numbers do not
-/// wrap; what follows a line break in a cell stands below, small.
+/// wrap; the text after a line break in a cell is below, in small letters.
 std::string html_table(const Table& table);
 
 /// A paragraph that stands out: something is missing or needs attention.

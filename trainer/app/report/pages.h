@@ -12,7 +12,7 @@ namespace nlo::trainer {
 /// compare.html: observers and filters under many conditions.
 std::string compare_page(const Study& study, const std::string& gnuplot = "gnuplot");
 
-/// auto.html: what a search has tried and found.
+/// auto.html: trials and result of a search.
 std::string search_page(const SearchStory& story, const std::string& gnuplot = "gnuplot");
 
 }  // namespace nlo::trainer

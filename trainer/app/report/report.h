@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// report.html: what a run came to, as one self-contained page (inline style and SVG, no scripts). Every section is
-// optional; what is known is shown.
+// report.html: the result of a run as one self-contained page (inline style and SVG, no scripts). Every section is
+// optional.
 #pragma once
 
 #include <optional>

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5, kInput = 6;
 constexpr int kMasked = 5, kOutside = 3;  // bands
 constexpr int kWidth = 960, kPanelHeight = 100;
-constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and what a panel is higher than they
+constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and the extra height of a panel
 
 /// An angle as the sensor shows it; jumps become gaps in the line.
 VectorXd wrapped(VectorXd values, double wrap) {
@@ -111,7 +111,7 @@ double highest(const VectorXd& values) {
   return values.maxCoeff<Eigen::PropagateNumbers>();
 }
 
-/// Truth and estimate, what was measured of it, on a scale that the estimate does not set when it is far out.
+/// Truth, estimate and measurement, on a scale that a distant estimate does not determine.
 Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& truth, const VectorXd& estimate,
                   std::vector<Series> measured) {
   Panel panel = time_panel(with_unit(channel.name, channel.unit), t, 1.8);

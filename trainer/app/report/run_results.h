@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// One entry per row; what a row leaves empty is NaN.
+/// One entry per row; NaN for empty cells.
 struct TrainingCurves {
   Eigen::VectorXd step, elapsed_s, loss, train_rmse, validation_rmse, learning_rate;
   std::vector<Eigen::VectorXcd> eigenvalues;  ///< one curve per eigenvalue; a pair is one

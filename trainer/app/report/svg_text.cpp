@@ -21,7 +21,7 @@ std::string tenths_text(long tenths) {
   return text;
 }
 
-/// Each "FROM...TO" becomes what `change` makes of the text between.
+/// Replaces the text in each "FROM...TO" by `change` of it.
 template <class Change>
 std::string with_each(const std::string& text, std::string_view from, std::string_view to, Change change) {
   std::string result;
@@ -60,7 +60,7 @@ std::string short_path(const std::string& d) {
   const auto skip = [&at, end] {
     while (at < end && std::string_view(" \t\n").find(*at) != std::string_view::npos) ++at;
   };
-  char drawn = 0;  // the letter that stands for what follows
+  char drawn = 0;  // the current path command
   for (skip(); at < end; skip()) {
     const char letter = *at;
     if (letter == 'Z') {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines with no more points than can be seen: what a figure of a log of hours weighs follows from its size on the page.
+// Lines with no more points than can be seen, so that the size of a figure does not grow with the length of the log.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ struct PixelScale {
 ///   of each half of a pixel's width the lowest and the highest, and a gap where it has one (y not finite);
 ///   of these the ones without which the line moves by more than 0.4 pixels (Douglas and Peucker), the ends
 ///   and the extremes of every piece in any case.
-/// So no point of the line is a pixel from what is drawn.
+/// So no point of the line is a pixel away from the drawn line.
 Line thinned_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y, PixelScale scale);
 
 }  // namespace nlo::trainer

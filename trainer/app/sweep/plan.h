@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A plan of many trainings: one experiment, and what is varied of it. A TOML file:
+// A plan of many trainings: one experiment and its varied keys. A TOML file:
 //   experiment = "van_der_pol"             a shipped one, or a file beside the plan
 //   seeds = [1, 2, 3]                      each point is trained with each of them
 //   [grid]                                 every combination of
@@ -47,7 +47,7 @@ struct SweepPlan {
 /// So many jobs at most: all of them are checked before the first line is written.
 constexpr std::size_t kMostSweepJobs = 10000;
 
-/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
+/// Throws codegen::Error `FILE:LINE: reason; remedy`.
 /// Whether the experiment takes the values is not asked here.
 SweepPlan parse_sweep_plan(std::string_view text, const std::string& filename);
 SweepPlan read_sweep_plan(const std::string& path);

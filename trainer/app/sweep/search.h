@@ -16,7 +16,7 @@ namespace nlo::trainer {
 
 /// The draw `index` of those about `base`, checked; 0 is `base` itself. Empty where the draw is no experiment: a
 /// structure that cannot do what this one asks. It depends on `base` and `index` alone.
-///   sample_period_s  of the data: what the time scales of another structure start from
+///   sample_period_s  of the data; the time scales of another structure start from it
 std::optional<Experiment> drawn_experiment(const Experiment& base, double sample_period_s, std::uint64_t index);
 
 /// The keys in which an experiment is not as another one, without those of training's length, which a search sets.
@@ -49,7 +49,7 @@ struct TrainingPace {
   double setup_s = 0.0, steps_per_s = 0.0;
 };
 
-/// Steps of a training in `seconds`: what is left after its setup, a quarter of the time at least.
+/// Steps of a training in `seconds`: in the time after its setup, at least a quarter.
 double steps_within(const TrainingPace& pace, double seconds);
 
 /// A search ships a model that is trained for this share of the experiment's steps, or none.

@@ -18,7 +18,7 @@ bool is_plain(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
 }
 
-/// "[16, 32]" -> "16-32": what a folder's name can hold everywhere.
+/// "[16, 32]" -> "16-32", which is a valid folder name on all systems.
 std::string folder_text(const std::string& value) {
   std::string text;
   for (const char c : value) {

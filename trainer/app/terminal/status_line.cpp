@@ -50,7 +50,7 @@ std::size_t StatusLine::columns() const {
 }
 
 void StatusLine::draw() {
-  // Back to the first column, the line, and whatever was longer before erased.
+  // Back to the first column, then the line, and the rest of a longer line erased.
   const std::string line = "\r" + latest_(columns(), utf8_) + "\x1b[K";
   std::fwrite(line.data(), 1, line.size(), stream_);
   std::fflush(stream_);

@@ -33,8 +33,8 @@ class StatusLine {
 
   /// Call as often as you like: the terminal is redrawn at most 10 times a second; a log gets a line when 5 s have
   /// passed or another tenth is done, and always at the first and the last call. The texts are asked for when shown.
-  ///   share  in [0, 1]: what is done
-  ///   last   show this one whatever the time
+  ///   share  finished share, in [0, 1]
+  ///   last   show this one at any time
   void update(double share, bool last, BarText bar, const LogText& log);
 
   /// Ends the redrawn line, with its latest state on it, so that other text can follow.
@@ -52,7 +52,7 @@ class StatusLine {
   std::chrono::steady_clock::time_point log_from_;
   BarText latest_;
   bool open_ = false;   ///< the cursor stands in a line of ours
-  bool stale_ = false;  ///< latest_ is newer than what is on screen
+  bool stale_ = false;  ///< latest_ is newer than the screen
   bool started_ = false;
   long last_logged_tenth_ = -1;
   std::chrono::steady_clock::time_point last_output_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The numbers of one column over all files of a log, and what they look like.
+// The numbers of one column over all files of a log, and their properties.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@ class ColumnNumbers {
   static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading, bool is_command);
 
   /// The stamps of a clock as read_stamps() cleans them, in units of the column (times of day: in seconds), a file for
-  /// each run between restarts. `notes`: adds what is wrong with single stamps. Throws codegen::Error where it is no
-  /// clock.
+  /// each run between restarts. `notes`: adds notes on single wrong stamps. Throws codegen::Error if the column is
+  /// no clock.
   static ColumnNumbers of_clock(const std::vector<CsvTable>& tables, const std::string& heading,
                                 std::vector<std::string>& notes);
 

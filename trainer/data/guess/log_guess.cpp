@@ -229,7 +229,7 @@ class Guess {
     }
   }
 
-  /// Without any truth in the log: the velocities of what is measured, which a filter that looks ahead knows.
+  /// Without any truth in the log: the velocities of the measurements, by a filter that looks ahead.
   void derive_velocities() {
     if (log_.count(ColumnRole::kState) > 0 || !both_.empty() || !log_.undecided().empty() || !hints_.states.empty())
       return;

@@ -20,7 +20,7 @@ struct LogHints {
 struct GuessedColumn {
   std::string heading, name, unit;
   ColumnRole role = ColumnRole::kIgnored;
-  bool is_decided = true;            ///< false: ignored until the user says what it is
+  bool is_decided = true;            ///< false: ignored until the user chooses its role
   double wrap = 0.0;                 ///< full turn, in its unit; 0: no angle that wraps
   std::string derivative_of;         ///< a state that is the derivative of this output
   std::string why;                   ///< the reason for the role

@@ -31,7 +31,7 @@ fs::path common_directory(const std::vector<std::string>& files) {
 
 LogFileSplit split_log_files(std::vector<std::string> files, std::vector<std::string>& notes) {
   LogFileSplit split;
-  std::map<std::string, std::string> seen;  // by what is in them
+  std::map<std::string, std::string> seen;  // by their contents
   for (const std::string& file : expand_files("", files)) {
     const auto [first, is_new] = seen.emplace(content_hash({file}), file);
     if (is_new)

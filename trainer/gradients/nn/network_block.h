@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Forward and backward passes of a network over a block of samples that stays in cache. Within a block a row holds one
 // neuron for all samples, so every operation runs along the samples in whole SIMD registers. Beside the values (reverse
-// mode) there are tangents (forward mode), and the reverse of both together: what a loss of dT/dx needs.
+// mode) there are tangents (forward mode), and the reverse of both together, for a loss of dT/dx.
 //   values     v_l = W_l a_{l-1} + b_l,   a_l = s(v_l)
 //   tangents   v'_l = W_l a'_{l-1},       a'_l = s'(v_l) v'_l          (a'_0 = the direction: out' = J direction)
 //   reverse    V' = s' A',  V = s' A + s'' v' A',  dW = V a^T + V' a'^T,  A_{l-1} = W^T V,  A'_{l-1} = W^T V'

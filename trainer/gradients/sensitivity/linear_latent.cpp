@@ -116,7 +116,7 @@ NLO_INLINE Value rounded(Value product) {
   }
 }
 
-/// A mode on its way through a group: its coefficients, what drives it, its rows of z and of dl/dz (_im: of pairs).
+/// A mode during a pass through a group: its coefficients, its input, its rows of z and of dl/dz (_im: of pairs).
 struct ModeRun {
   const ModeCoefficients* table;
   std::complex<float> start, start_slope;

@@ -24,7 +24,7 @@ inline constexpr int kGroup = 8;
 struct Mode {
   bool pair = false;
   int row = 0;       ///< its first latent row
-  int reading = -1;  ///< index of what drives it, an output or an input that is read; -1: a clock, exp(lambda t) from 1
+  int reading = -1;  ///< index of its input, an output or an input that is read; -1: a clock, exp(lambda t) from 1
 };
 
 struct LatentShape {

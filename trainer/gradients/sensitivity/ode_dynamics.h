@@ -33,7 +33,7 @@ class OdeDynamics {
   /// z(0), n_z x 8.
   virtual void start(Scalar* z) const { std::fill(z, z + rows_ * kGroup, Scalar(0)); }
 
-  /// dz = F(z, y); remembers in `slot` what pull_back() needs.
+  /// dz = F(z, y); stores values for pull_back() in `slot`.
   virtual void derivative(int slot, const Scalar* z, const Scalar* y, Scalar* dz) = 0;
 
   /// cotangent_z = (dF/dz)^T cotangent, and adds (dF/dtheta)^T cotangent, summed over the lanes, to the gradient. The

@@ -15,8 +15,8 @@
 
 namespace nlo::trainer {
 
-/// A method of the runtime (kEuler, kHeun, kRk4: explicit_rk.h), whatever its number of stages: what trains is what
-/// flies. The tableau must outlive it; those are constants.
+/// A method of the runtime (kEuler, kHeun, kRk4: explicit_rk.h) with any number of stages, so that training equals
+/// flight. The tableau must outlive it; tableaux are constants.
 ///   z_i = z + h sum_j a_ij k_j,  k_i = F(z_i, y(t + c_i h)),  z+ = z + h sum_i b_i k_i,  j < i
 class RungeKutta {
  public:

@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 
 /// The errors, a row for each condition; the least of a row but the floor has a star. Then the worst runs, the tunings
-/// and what a step costs.
+/// and the cost of a step.
 std::string comparison_text(const Study& study);
 
 /// One object: "conditions" by name, in each "columns" by name with norm, standard_error, worst; "cost" by column.
@@ -32,7 +32,7 @@ std::string comparison_summary(const Study& study);
 /// Describes the comparison and its conditions in one sentence.
 std::string comparison_conditions(const Study& study);
 
-/// In words: where the first observer is ahead of the tuned EKF and where not; what has no figure and why.
+/// In words: where the first observer is ahead of the tuned EKF and where not; missing figures and the reasons.
 std::vector<std::string> comparison_findings(const Study& study);
 
 }  // namespace nlo::trainer

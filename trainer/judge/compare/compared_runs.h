@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of a plant under one condition, with what its sensors gave, and the error of an estimator on them.
+// Runs of a plant under one condition, with the readings of its sensors, and the error of an estimator on them.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The conditions that observers and filters are compared under: sensors, plant and starts that differ from what they
-// were made for, read from a TOML file of [[condition]] tables.
+// The conditions that observers and filters are compared under: sensors, plant and starts that differ from the
+// training, read from a TOML file of [[condition]] tables.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct Condition {
   std::vector<std::pair<std::string, double>> parameters = {};  ///< parameters of the plant, by name
   std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; none
   double box_scale = 1.0;                  ///< initial states from the training box times this
-  /// plant., simulation., excitation. or feedback.KEY=VALUE of what is tested on.
+  /// plant., simulation., excitation. or feedback.KEY=VALUE for the tested plant.
   std::vector<std::string> changes = {};
   std::vector<std::string> inputs = {};  ///< excitation of the plant, see parse_excitation; empty: its [excitation]
   NoiseConfig input_noise = {};          ///< on the inputs that estimators are told; the plant has them without it
@@ -45,7 +45,7 @@ struct ChannelScales {
   Eigen::VectorXd noise;            ///< noise of each output's sensor in training; 0: trained without noise
 };
 
-/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
+/// Throws codegen::Error `FILE:LINE: reason; remedy`.
 ConditionSet parse_conditions(std::string_view text, const std::string& filename);
 ConditionSet read_conditions(const std::string& path);
 

@@ -60,7 +60,7 @@ std::vector<TunedFactor> process_and_output(const FilterContext&) {
   return {process_factor(), factor_on("R", &FilterTuning::output, {0.0, -1.0, 1.0})};
 }
 
-/// Q, R and P0 as wholes, then Q state by state: what the plant does not say may be in one equation alone. `further`
+/// Q, R and P0 as wholes, then Q state by state: errors of the plant may be in one equation alone. `further`
 /// states are parameters, with a drift and a prior of their own.
 std::vector<TunedFactor> covariances(const FilterContext& c, Index further) {
   std::vector<TunedFactor> factors = process_and_output(c);

@@ -33,7 +33,7 @@ struct FilterContext {
 /// Samples that a moving horizon looks back.
 inline constexpr Eigen::Index kHorizonSamples = 25;
 
-/// A number of a filter's tuning: a factor on what it is told.
+/// A number of a filter's tuning: a factor on one of its noises.
 struct TunedFactor {
   std::string name;  ///< "Q", "Q of x1"
   std::function<void(FilterTuning& tuning, double factor)> set;

@@ -42,7 +42,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
                                      : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                        : fmt::format("did you mean \"{}\"?", nearest)));
   }
-  // Training is over: what it asks of a plant (mirror images, a past without inputs) is not asked of a test.
+  // Requirements of training on a plant (mirror images, a past without inputs) do not apply to a test.
   std::vector<std::string> all = changes;
   all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
   return parse_experiment(experiment.source_text, "the model's experiment", all);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of an experiment's plant under a condition: what evaluate, report, sweep and compare all judge on.
+// Runs of an experiment's plant under a condition, for evaluate, report and sweep.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace nlo::trainer {
 /// [plant], [simulation], [excitation] or [feedback].
 Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes);
 
-/// An experiment without what it drew to train: nominal parameters, no process noise.
+/// An experiment without the random values of its training: nominal parameters, no process noise.
 Experiment nominal_experiment(const Experiment& experiment);
 
 /// The condition "as_trained": sensors with `noise`, and the process noise of the training.
@@ -39,7 +39,7 @@ Dataset runs_under(const Experiment& base, const Condition& condition, std::uint
 /// Makes the inputs of runs those that estimators are told. What does not arrive is held, as in flight.
 void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs);
 
-/// Whether inputs stay as they are between samples: a u(t) of the condition is smooth, what is drawn may be held.
+/// Whether inputs stay as they are between samples: a u(t) of the condition is smooth, random inputs may be held.
 bool holds_inputs(const Experiment& base, const Condition& condition);
 
 /// Runs as in the training, as channels, from which estimators without a plant learn.

@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// The EKF that knows what a condition's `changes` have made of the plant.
+/// The EKF that knows the plant with a condition's `changes`.
 inline constexpr std::string_view kTrueEkf = "ekf_true";
 
 /// A floor: the particle filter that knows each condition.

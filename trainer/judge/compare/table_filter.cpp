@@ -98,7 +98,7 @@ using Eigen::Index;
 
 constexpr double kNoGate = 1e2;  // standard deviations: nothing of a run is beyond
 constexpr double kUsualGate = 3.5;
-constexpr double kWidest = 12.0;  // decades: further from what is shipped no filter is one
+constexpr double kWidest = 12.0;  // decades: a filter further from the shipped one makes no sense
 
 using Factors = std::vector<TunedFactor>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The filters of filter_table() as estimators of a plant's channels: over a run that is there, with what they
-// say of their own errors, and in the loop that [feedback] closes.
+// The filters of filter_table() as estimators of a plant's channels: over a recorded run, with their own
+// error bounds, and in the loop that [feedback] closes.
 // Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate,
 // then a coordinate search from its best.
 #pragma once
@@ -29,7 +29,7 @@ LoopEstimators filter_in_loop(std::string_view name, const Experiment& nominal, 
 
 struct TunedFilter {
   FilterTuning tuning;
-  std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": what differs from the filter as shipped
+  std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": differences from the filter as shipped
   double norm = 0.0;  ///< on the runs it was tuned on
   int evaluations = 0;
 };

@@ -16,7 +16,8 @@ namespace nlo::trainer {
 struct ClosedLoopCost {
   Eigen::VectorXd deviation;  ///< n_x, RMS over runs and samples of x in this loop less x in the loop of the true state
   int runs = 0;
-  int left = 0;  ///< runs in which a state goes beyond kLeft times what it reaches in any run of the true state's loop
+  /// Runs in which a state goes beyond kLeft times its largest value in any run of the true state's loop.
+  int left = 0;
   /// Means over runs and samples of [feedback] cost, and of the same in the loop of the true state; without one: empty.
   std::optional<double> cost = {}, of_true_state = {};
 };

@@ -21,7 +21,7 @@ namespace {
 using codegen::Error;
 
 // Trajectories whose errors are summed together before the sums are joined. Fixed, so that the order of every addition
-// is the same whatever the number of threads.
+// is the same for any number of threads.
 constexpr std::size_t kChunk = 4;
 
 }  // namespace

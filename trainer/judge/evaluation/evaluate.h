@@ -28,12 +28,12 @@ struct NamedModel {
   codegen::Model model;
 };
 
-/// Called with the share of all work that is done, and what is being done. One call at a time, from any thread.
+/// Called with the finished share of all work, and the current work. One call at a time, from any thread.
 using StudyProgress = std::function<void(double share, const std::string& what)>;
 
 /// Estimates over one run from reset, causal:
 ///   outputs  n_y x N  as measured
-///   inputs   n_u x N  what excited the plant, without noise; 0 x 0 when nothing did
+///   inputs   n_u x N  excitation of the plant, without noise; 0 x 0 without inputs
 ///   time_s   N
 using Estimator = std::function<Estimates(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                           const Eigen::VectorXd& time_s)>;
@@ -47,7 +47,7 @@ using EstimatorFactory = std::function<Estimator()>;
 /// One run of the test, kept for plots.
 struct EvaluatedRun {
   Trajectory truth;              ///< clean outputs and states
-  Eigen::MatrixXd measured;      ///< n_y x N, what the estimator saw
+  Eigen::MatrixXd measured;      ///< n_y x N, readings of the estimator
   Eigen::MatrixXd estimate;      ///< n_x x N
   std::string why = {};          ///< "first", "best", "worst": why it is among the examples; may be empty
   Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
@@ -55,8 +55,8 @@ struct EvaluatedRun {
   Eigen::MatrixXd all_estimates = {};
 };
 
-/// How often z was where training has been. The first sample of each run is counted apart: there z is what the observer
-/// starts from.
+/// How often z was where training has been. The first sample of each run is counted apart: there z is the observer's
+/// start.
 struct DomainShare {
   std::int64_t samples = 0, inside = 0;  ///< after the first of each run
   std::int64_t runs = 0, first_inside = 0;
@@ -105,7 +105,7 @@ ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, std::o
 /// Every step of the data is the model's own sample period: time stamps need not be asked.
 bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
 
-/// Adds what a run says of the model's domain.
+/// Adds a run's samples inside and outside of the model's domain.
 void count_domain(const codegen::Run& run, DomainShare& share);
 
 /// Estimates by observer_run().

@@ -213,7 +213,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     result.entries.push_back({name, std::move(describe), log_metrics(logs, estimates, angles, config.windows)});
   };
 
-  // One pass of the observer gives its estimates and, kept for later, what the linear readout reads.
+  // One pass of the observer gives its estimates and, for later, the inputs of the linear readout.
   std::optional<codegen::Gate> gate;
   if (flight.behind_gate)
     gate = codegen::Gate::kUsed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The observer on logs of a real rig, beside what a user would do without one.
+// The observer on logs of a real rig, beside estimates without one.
 #pragma once
 
 #include <cstdint>
@@ -72,7 +72,7 @@ struct LogEvaluation {
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
 ///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others
 ///                  are unscored
-///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
+///   baseline_logs  data for fitting the baselines: the training logs; or nullptr, then the very logs they are
 ///                  judged on, in hindsight, which only makes them harder to beat
 ///   flight         sensors that fail. What is missing the ridge regression does without from the start, and other
 ///                  alternatives than a constant are left out; of sensors that lie nobody is told

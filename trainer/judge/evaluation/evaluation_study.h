@@ -51,7 +51,7 @@ std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity)
 Spread norm_of(const StudyCell& cell);
 
 /// Notes (comparison_notes) on the observer's mean errors in the settled window; needs the estimators "constant" and
-/// "ridge"; and of each loop what it costs.
+/// "ridge". Also the cost of each loop.
 std::vector<std::string> study_notes(const StudyRow& row);
 
 /// Cost of an estimator's loop over all models and test sets; empty if it closes no loop.

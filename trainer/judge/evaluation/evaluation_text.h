@@ -18,7 +18,7 @@ namespace nlo::trainer {
 /// as those below.
 Table evaluation_table(std::span<const StudyRow> rows, bool is_headed = false);
 
-/// Per state the estimators over the windows, and what a step of them costs;
+/// Per state the estimators over the windows, and the cost of their step;
 /// the observer per file (no rows where there is one).
 Table log_table(const std::vector<LogEntry>& entries, bool with_cost = false);
 Table file_table(const LogEvaluation& evaluation);
@@ -27,7 +27,7 @@ Table file_table(const LogEvaluation& evaluation);
 /// from the caller; below stand the domain and the notes.
 std::string evaluation_text(const StudyRow& row, const std::string& note = "");
 
-/// Both tables, then what is not scored, the domain and the notes.
+/// Both tables, then the unscored samples, the domain and the notes.
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation);
 
 /// One object: norm, nrmse, settled, per_component, settling_time_s, seed, noise of the observer, then facts of the

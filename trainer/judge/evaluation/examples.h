@@ -58,7 +58,7 @@ class FirstAndWorst {
   Kept first_, worst_;  ///< worst_: of the others
 };
 
-/// N: 1 where z, from reset over what was measured, is outside of the model's training domain, as in_domain() of the
+/// N: 1 where z, from reset over the measurements, is outside of the model's training domain, as in_domain() of the
 /// exported observer says.
 Eigen::VectorXd outside_of_domain(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps);
 

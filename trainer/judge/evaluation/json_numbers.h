@@ -25,7 +25,7 @@ inline Json json_numbers(const Eigen::VectorXd& values) {
   return list;
 }
 
-/// Replaces what is not UTF-8 (a file name may hold any bytes) rather than failing on it.
+/// Replaces bytes that are not UTF-8 (a file name may have any bytes) instead of failing.
 inline std::string json_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -27,7 +27,7 @@ struct MetricsConfig {
   Eigen::VectorXd state_scale = {};
 };
 
-/// Every number here is finite; what a run is too short or too quiet to define is empty.
+/// Every number here is finite; a number that a run is too short or too quiet to define is empty.
 struct ErrorMetrics {
   /// Errors over the samples in one window.
   struct Window {

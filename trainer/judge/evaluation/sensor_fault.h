@@ -26,8 +26,8 @@ std::string format_fault(const SensorFault& fault);
 /// Only those where the observer is told that the sensor is missing.
 std::vector<SensorFault> missing_alone(const std::vector<SensorFault>& faults);
 
-/// The logs with these faults, and what is computed of the sensors. Throws codegen::Error where there is no such
-/// output.
+/// The logs with these faults, and with outputs that are computed from the faulty sensors. Throws codegen::Error where
+/// there is no such output.
 Dataset with_faults(Dataset logs, const std::vector<SensorFault>& faults);
 
 }  // namespace nlo::trainer

@@ -29,9 +29,9 @@ std::string percent(double share);
 /// A mean and the standard errors of it.
 struct Spread {
   double mean = 0.0;
-  /// Over test sets (of what the models average to on each); empty for one test set.
+  /// Over test sets (mean over the models on each); empty for one test set.
   std::optional<double> test_set_error = {};
-  /// Over models (of what each averages to over the test sets); empty for one model.
+  /// Over models (mean over the test sets for each); empty for one model.
   std::optional<double> training_seed_error = {};
 };
 

@@ -2,9 +2,9 @@
 // Moving-horizon estimation on lanes: one Gauss-Newton step per sample over the last samples.
 //   min over x_a of |S^-1 (x_a - x_bar)|^2 + sum_i rho((y_i - h(Phi^(i-a) x_a)) / sigma),   a = k - window + 1
 // rho is quadratic up to the tuning's gate and linear beyond (Huber), so that an outlier pulls no more than that. The
-// arrival cost (x_bar, S) is what an EKF that lags behind by the window predicts for sample a. The step starts from the
-// last solution, moved on by the plant; one step a sample is the real-time iteration of Diehl, Bock, Schloeder (2005).
-// Within the window the plant is taken without process noise.
+// arrival cost (x_bar, S) is the prediction for sample a by an EKF that lags behind by the window. The step starts
+// from the last solution, moved on by the plant; one step a sample is the real-time iteration of Diehl, Bock,
+// Schloeder (2005). Within the window the plant is taken without process noise.
 #pragma once
 
 #include "trainer/judge/filters/sigma_point_filter.h"

@@ -2,7 +2,7 @@
 // Extended and unscented Kalman filter in square-root form, on lanes, with a gate on the innovation.
 //
 // P = S S' is never formed. Both filters look at the plant at the points x and x +- d S_i (S_i the columns of S) and
-// differ in d and in how they weigh what they see:
+// differ in d and in their weights:
 //            d                     mean           spread W, S- S-' = W W' + Q
 //   EKF      1e-4                  Phi(x)         (Phi(x + d S_i) - Phi(x - d S_i)) / 2d, which is J S_i
 //   UKF      sqrt(n_x + kappa)     sum w Phi(X)   sqrt(w) (Phi(X) - mean)
@@ -60,7 +60,7 @@ struct FilterKnowledge {
   }
 };
 
-/// A tuning, as factors on what the filter is told: 1 leaves it.
+/// A tuning as factors on the filter's noises; 1: unchanged.
 struct FilterTuning {
   double process = 1.0;  ///< on Q
   double output = 1.0;   ///< on R
@@ -85,7 +85,8 @@ class SigmaPointFilter final : public LaneFilter {
   int restarts() const override { return restarts_; }
   Eigen::MatrixXd deviations() const override;
 
-  /// The two halves of a step, for a filter that needs what is between: x and S predicted for sample k, then corrected.
+  /// The two halves of a step, for a filter that needs the intermediate values: x and S predicted for sample k, then
+  /// corrected.
   void predict(const LaneRuns& runs, Eigen::Index k);
   void correct(const LaneRuns& runs, Eigen::Index k);
   const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
@@ -109,7 +110,7 @@ class SigmaPointFilter final : public LaneFilter {
   Eigen::MatrixXd x_, initial_state_;
   Eigen::ArrayXd limits_;                             ///< n_x
   Eigen::ArrayXd process_deviation_, process_noise_;  ///< n_x
-  std::vector<Eigen::ArrayXd> process_factor_;        ///< n_x of L, square roots of what tunings put on Q
+  std::vector<Eigen::ArrayXd> process_factor_;        ///< n_x of L, square roots of the tunings' factors on Q
   LaneMatrix root_, initial_root_;
   std::vector<Eigen::ArrayXd> output_variance_;   ///< n_y
   Eigen::ArrayXd squared_gate_, log_likelihood_;  ///< L

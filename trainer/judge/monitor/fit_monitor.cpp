@@ -30,7 +30,8 @@ constexpr double kHour = 3600.0;
 constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
 constexpr double kLeastGate = 3.0;  // deviations
-// The largest limit, of what a statistic can reach, and the largest value in training that is still below such a limit.
+// The largest limit, relative to the reachable value of a statistic, and the largest value in training below such a
+// limit.
 constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
 // Limits of missing shares. A gate that rejects 5 readings of 6 brings the share to 0.92 over 4 samples, less over
 // more.
@@ -113,7 +114,7 @@ void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<St
   const auto estimates = [](const Steps& steps) { return steps.x_hat.rightCols(steps.x_hat.cols() - steps.armed); };
   Index settled = 0;
   for (const Steps& steps : all) settled += features(steps).cols();
-  if (settled < 10 * read) return;  // the limits say what is too short
+  if (settled < 10 * read) return;  // the error of the limits names the reason
   const LinearFit fit = fit_linear(all, features, estimates);
   const Index nx = model.nx();
   VectorXd squares = VectorXd::Zero(nx), sum = VectorXd::Zero(nx), all_squares = VectorXd::Zero(nx);

@@ -25,7 +25,7 @@ struct MonitorRequest {
 /// Called with the share that is done.
 using MonitorProgress = std::function<void(double share)>;
 
-/// A monitor, and what is known of it before it flies.
+/// A monitor with its properties before flight.
 struct FittedMonitor {
   codegen::Monitor monitor;
   GateReport gate;

@@ -7,7 +7,7 @@
 
 namespace nlo::trainer {
 
-/// Sets what tells a frozen sensor from one at rest, for each measured output:
+/// Sets the values that distinguish a frozen sensor from one at rest, for each measured output:
 ///   most_moved  twice the largest change that was predicted, in training, while the reading stayed the same
 ///   most_equal  a count of equal readings, where logs have hardly any: a sensor of high resolution. For outputs that
 ///               may fail, more than nearly all of the logs', less those at rest (resting, reference_sensor, rest_min,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a monitor detects under conditions that differ from the training, and what its gate is worth there.
+// Detections of a monitor under conditions that differ from the training, and the effect of its gate there.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs as an observer's sensors give them: what a monitor is made and tried on.
+// Runs with the readings of an observer's sensors, for making and testing a monitor.
 // How long an observer and its plant remember: the time scale of a monitor.
 #pragma once
 

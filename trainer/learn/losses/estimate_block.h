@@ -31,7 +31,7 @@ class EstimateBlock {
   /// Runs T* at these samples and compares: error() and squares() are about them until the next call.
   ///   parameters  of T*
   void evaluate(Rollout& rollout, const SampleRange& samples, const float* parameters);
-  /// Pulls what the losses added back through T*, into the group's cotangent of z.
+  /// Pulls the cotangents of the losses back through T*, into the group's cotangent of z.
   void backward(const float* parameters, const float* transposed);
 
   std::size_t states() const { return structure_->state_scale.size(); }
@@ -43,7 +43,7 @@ class EstimateBlock {
   /// Sum of weight error^2 / unit^2 over the block.
   double squares(std::size_t state) const { return squares_[state]; }
 
-  /// Adds a cotangent of what T* puts out (or of z): of(sample, gain), where gain is d x_hat of that.
+  /// Adds a cotangent of T*'s output (or of z): of(sample, gain), where gain is the derivative of x_hat by it.
   template <class Cotangent>
   void pull_back(std::size_t state, const Cotangent& of) {
     if (has_network()) {

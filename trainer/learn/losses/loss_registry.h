@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The terms of the cost (9), one entry each: what its weight is called under [loss], what it asks for, and its value
+// The terms of the cost (9), one entry each: the name of its weight under [loss], its requirements, and its value
 // with its cotangent. A new term is a file beside this one and a line in loss_registry.cpp: keys, help, checks and
 // training run over the table.
 #pragma once

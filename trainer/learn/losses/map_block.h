@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// T beside its inverse T* at a block of samples: what the losses of T evaluate and pull their cotangents back through.
+// T beside its inverse T* at a block of samples: for evaluation and pullback of the losses of T.
 // Each map is a network between normalised values: T(x) = mean_z + scale_z n((x - mean_x) / scale_x).
 #pragma once
 

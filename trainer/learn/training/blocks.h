@@ -23,7 +23,7 @@ struct Block {
 
 class Blocks {
  public:
-  /// Draws the samples of a step from what was rolled out, or takes all of them, and shares them out for these losses.
+  /// Draws the samples of a step from the roll-out, or takes all of them, and distributes them to these losses.
   void draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
             ThreadPool& pool);
 
@@ -33,7 +33,7 @@ class Blocks {
 
   /// The running cost becomes mean log(m + floor) over the groups, where m is a group's mean squared error: a run of
   /// little noise then counts as much as one of much. Its gradient at a sample is 1 / (m + floor) of the mean's, so the
-  /// shares are set to that. Returns what the sum of squares by these shares lacks of the cost.
+  /// shares are set to that. Returns the difference between the cost and the sum of squares by these shares.
   ///   squares  of each group: the sum of weighted squared errors
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 

@@ -29,7 +29,7 @@ struct TrainingState {
 };
 
 /// Which training a checkpoint has to belong to. A checksum tells a damaged file from a whole one, not a forged one:
-/// every size is compared with what the experiment asks for before it is used as one.
+/// every size is compared with the experiment's before it is used.
 struct CheckpointOwner {
   std::uint64_t fingerprint = 0;  ///< hash of experiment and data
   std::size_t parameters = 0;     ///< also of the average and of the best

@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// Empty when the run improved on its start; else what happened, for people:
+/// Empty if the run improved on its start; else the reason, for people:
 ///   the best model is that of step 0 (no validation error below the first), or
 ///   the loss grew past where it began and stayed: every loss recorded in the last quarter of the run is above the
 ///   first

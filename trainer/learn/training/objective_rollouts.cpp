@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Roll-outs that are no training step: of what flies, of what a step would see, of whole runs.
+// Roll-outs outside of training steps: as in flight, as in a training step, of whole runs.
 #include "trainer/learn/training/objective.h"
 
 #include <utility>

@@ -9,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// Errors are RMSE in the state's unit, on what was left out, their geometric mean over groups; or the larger of that
+/// Errors are RMSE in the state's unit, on left-out data, their geometric mean over groups; or the larger of that
 /// on training data as flown and that on validation data. Angles go the short way round.
 struct StateReadout {
   std::string state;

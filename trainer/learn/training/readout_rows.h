@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear rows that may ship in place of T*, and their errors beside its own: what shipped_model.cpp chooses from.
+// Linear rows that may ship in place of T*, and their errors beside its own, for the choice in shipped_model.cpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -60,7 +60,7 @@ inline constexpr Eigen::Index kReadoutSamples = 150000;
 /// there.
 SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
 
-/// Writes what was chosen into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.
+/// Writes the choice into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.
 ///   reads_more   a row reads more than the features of T*
 ///   keep_hidden  T* keeps its hidden layers though no state uses them
 void write_readout(codegen::Network& map, const RowInputs& inputs, const Eigen::VectorXd& shares,

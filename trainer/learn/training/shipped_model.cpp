@@ -30,8 +30,8 @@ using Eigen::VectorXd;
 /// One number for a value that each set of data has.
 using Together = std::function<double(const std::function<double(const StateSquares&)>&)>;
 
-/// Takes the worse of training and validation data: validation logs alone may be easier than what was trained on, and
-/// then a row wins there that loses wherever it is harder.
+/// Takes the worse of training and validation data: validation logs alone may be easier than the training logs, and
+/// then a row wins there that loses on harder logs.
 Together worst_of(const std::vector<const StateSquares*>& sets) {
   return [sets](const auto& value) {
     double worst = 0.0;
@@ -165,7 +165,7 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
 
 // Facts.
 
-/// The config comes late: it is long, and whoever reads model.json meets the others first.
+/// The config comes last, because it is long, so that readers of model.json see the other facts first.
 void record_facts(const TrainingEnd& training, ShippedModel& shipped) {
   const KnownFacts& known = training.options.facts;
   auto& facts = shipped.model.provenance;
@@ -185,7 +185,7 @@ void record_facts(const TrainingEnd& training, ShippedModel& shipped) {
 
 constexpr Eigen::Index kCalibrated = 200000;  // samples of a set
 
-/// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on groups of
+/// Fitted on training runs as flown and on segments as drawn, of any length and noise; calibrated on groups of
 /// logs that other trainings have left out, and on whole validation runs unless these are the training's.
 codegen::ErrorHead error_head(const codegen::Model& model, const float* parameters, const Rollout& flight,
                               Objective& objective, Objective& validator, const TrainingEnd& training) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Decides what ships of a training, in this order:
+// Chooses the shipped model of a training, in this order:
 //   1. the parameters: those of the lowest validation error of all steps
-//   2. what each state reads: T* as trained, a linear row, or a blend of both,
+//   2. the readout of each state: T* as trained, a linear row, or a blend of both,
 //        x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
 //      whichever has the least error on logs that were left out of trainings like this one (left_out.h), or else on
-//      training data or on validation data, whatever is worse. The row is fitted on the features as they are then. So
+//      training data or on validation data, whichever is worse. The row is fitted on the features as they are then. So
 //      an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
 //   3. the facts of its provenance
 //   4. an error head, where the experiment asks for one

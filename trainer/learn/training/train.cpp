@@ -155,7 +155,7 @@ class Training {
     constrain(state_.parameters);
     state_.average = state_.best = state_.parameters;
     const double initial_rmse = validator_.validate(state_.best.data());
-    // tanh hides what is not a number: the features are looked at too.
+    // tanh hides NaN, so the features are checked, too.
     const bool finite = std::all_of(structure_.features.begin(), structure_.features.end(), [](const Feature& feature) {
       return std::isfinite(feature.mean) && std::isfinite(feature.scale);
     });

@@ -31,7 +31,7 @@ struct LeftOutGroup {
   ErrorScores scores;  ///< scores of the shipped model's error head, if any
 };
 
-/// Facts for the provenance of what ships that only the caller knows; an empty text is left out.
+/// Facts for the provenance of the shipped model that only the caller knows; an empty text is left out.
 struct KnownFacts {
   std::string ignored_inputs;  ///< names of the plant's inputs that the observer is not given
   std::string input_delay;     ///< age of each input in flight; recorded if the model reads inputs
@@ -45,7 +45,7 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
   std::vector<Dataset> left_out = {};
-  /// Errors of such trainings: they choose what ships (shipped_model.h) and set the size of its error head.
+  /// Errors of such trainings: they choose the readouts (shipped_model.h) and set the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
 };
@@ -61,7 +61,7 @@ enum class TrainOutcome {
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
-  /// The model is what training was asked for: not interrupted, diverged, without progress or below the floor.
+  /// The training succeeded: not interrupted, diverged, without progress or below the floor.
   bool succeeded() const { return outcome == TrainOutcome::kFinished || outcome == TrainOutcome::kClosedForm; }
   codegen::Model model;    ///< the model with the lowest validation error so far
   Readout readout;         ///< the readouts of its states, and the alternatives
@@ -71,7 +71,7 @@ struct TrainingResult {
   long steps_done = 0;
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< error of `model`
-  std::string message;           ///< when the outcome is not kFinished: what happened, and what to try
+  std::string message;           ///< if the outcome is not kFinished: the reason and the remedy
   int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
 };
 

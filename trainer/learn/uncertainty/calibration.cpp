@@ -11,7 +11,7 @@ double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& w
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values(a) < values(b); });
-  // Sums of many weights round: the last value is the largest quantile whatever they add up to.
+  // Sums of many weights round: the last value is the largest quantile for any sum.
   constexpr double kRounding = 1e-12;
   const double wanted = p * weights.sum() * (1.0 - kRounding);
   double below = 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Conformal calibration: the likelihood gives the shape of sigma, runs that it has not seen give its size, whatever the
-// errors' distribution is. |error| / sigma of 68 % of these is below factor_68, of 95 % below factor_95.
+// Conformal calibration: the likelihood gives the shape of sigma, runs that it has not seen give its size, for any
+// distribution of the errors. |error| / sigma of 68 % of these is below factor_68, of 95 % below factor_95.
 // Source: Lei, G'Sell, Rinaldo, Tibshirani, Wasserman, Distribution-free predictive inference for regression, JASA
 // 2018, with sigma for its local scale.
 #pragma once
@@ -24,7 +24,7 @@ Eigen::MatrixXd deviations_everywhere(const codegen::ErrorHead& head, const Erro
 /// |error| / sigma by the head of the model that made the errors.
 struct ErrorScores {
   Eigen::MatrixXd ratios;   ///< n_x x N
-  Eigen::VectorXd weights;  ///< N, known_weights(): what is told outside of the domain is that nothing is known
+  Eigen::VectorXd weights;  ///< N, known_weights(): the error is unknown outside of the domain
 };
 
 ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples);

@@ -23,7 +23,7 @@ constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1.0};
 constexpr double kSmallestError = 1e-4;
 constexpr double kMostLog = 50.0;  // largest |log sigma|, within the limits of a model file
 
-/// Features of unit deviation, and what they were made of.
+/// Features of unit deviation, and their origin.
 struct Standardised {
   VectorXd mean, scale;
   MatrixXd features;  ///< n x N

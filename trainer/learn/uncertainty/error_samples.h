@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors of a model along roll-outs, with what its error head reads there.
+// Errors of a model along roll-outs, with the inputs of its error head there.
 #pragma once
 
 #include <Eigen/Core>
