@@ -21,7 +21,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Two conditions and all columns of nlo compare; errors of 1, 2, 3 ... but for the tuned EKF.
+/// Two conditions and all columns of nlo evaluate --conditions; errors of 1, 2, 3 ... but for the tuned EKF.
 Study sample_comparison() {
   Study study;
   study.experiment = study.plant = "van_der_pol";

@@ -38,7 +38,7 @@ TEST(Report, HoldsEverySectionOnce) {
 TEST(Report, HasAPlotForEachPartOfTheRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   // Error over time, the runs, the start of the first, latency, training, eigenvalues over steps, eigenvalue map.
-  const auto runs = static_cast<long>(test::sample_report(kFewTrajectories).evaluations[1][0].examples.size());
+  const auto runs = static_cast<long>(test::sample_report(kFewTrajectories).rows[1].observer().first().examples.size());
   EXPECT_EQ(occurrences(sample_page(), "<svg"), runs + 6);
   EXPECT_THAT(sample_page(), Not(HasSubstr("The plots are missing")));
 }
@@ -61,8 +61,9 @@ TEST(Report, EscapesNamesFromOutside) {
   const std::string evil = "<img src=x>'; system('touch EVIL') \"`touch EVIL`\n!touch EVIL";
   data.title = evil;
   data.facts = {{evil, evil}};
-  for (auto& group : data.evaluations)
-    for (Evaluation& evaluation : group) {
+  for (StudyRow& row : data.rows)
+    for (StudyCell& cell : row.cells) {
+      Evaluation& evaluation = cell.first();
       evaluation.estimator = evil;
       for (Channel& state : evaluation.states) state.name = state.unit = evil;
     }
@@ -99,7 +100,8 @@ TEST(Report, WarnsBeforeAllElse) {
 TEST(Report, DrawsTheFirstAndTheWorstRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   ReportData data = test::sample_report(kFewTrajectories);
-  std::vector<EvaluatedRun>& examples = data.evaluations[1][0].examples;  // Gaussian noise: the group that is drawn
+  std::vector<EvaluatedRun>& examples =
+      data.rows[1].cells[0].first().examples;  // Gaussian noise: the group that is drawn
   examples.resize(1, {});
   const long alone = occurrences(render_report(data), "<svg");
   examples.push_back(examples[0]);
@@ -152,19 +154,20 @@ TEST(Report, ShowsOnlyAvailableFactsOfLogs) {
 
 TEST(Report, MentionsAKalmanFilterOnlyIfThereIsOne) {
   ReportData data = test::sample_report(kFewTrajectories);
-  EXPECT_THAT(error_figure(data.evaluations).caption, HasSubstr("Dashed: the extended Kalman filter"));  // control
-  for (auto& group : data.evaluations) std::erase_if(group, [](const Evaluation& e) { return e.estimator == "ekf"; });
+  EXPECT_THAT(error_figure(data.rows).caption, HasSubstr("Dashed: the extended Kalman filter"));  // control
+  for (StudyRow& row : data.rows)
+    std::erase_if(row.cells, [](const StudyCell& cell) { return cell.first().estimator == "ekf"; });
   EXPECT_THAT(render_report(data), Not(HasSubstr("Kalman")));
-  EXPECT_THAT(error_figure(data.evaluations).caption, Not(HasSubstr("Dashed")));
+  EXPECT_THAT(error_figure(data.rows).caption, Not(HasSubstr("Dashed")));
 }
 
 TEST(Report, HasAColumnForSettledErrorsOnlyIfThereAreSome) {
   ReportData data = test::sample_report(kFewTrajectories);
-  for (auto& group : data.evaluations)
-    for (Evaluation& evaluation : group) evaluation.metrics.windows.push_back({{"settled", 10.0, 50.0}, {}, {}});
+  for (StudyRow& row : data.rows)
+    for (StudyCell& cell : row.cells) cell.first().metrics.windows.push_back({{"settled", 10.0, 50.0}, {}, {}});
   for (const char* heading : {">settled (", ">settling time [s]<"}) {
     EXPECT_THAT(render_report(data, "false"), Not(HasSubstr(heading)));
-    ErrorMetrics& metrics = data.evaluations[1][0].metrics;
+    ErrorMetrics& metrics = data.rows[1].cells[0].first().metrics;
     const ErrorMetrics unsettled = std::exchange(metrics, [&] {
       ErrorMetrics settled = metrics;
       settled.settled = settled.windows.back().norm = 0.1;
@@ -177,10 +180,10 @@ TEST(Report, HasAColumnForSettledErrorsOnlyIfThereAreSome) {
 
 TEST(Report, TellsAlternativesOfOneNoiseApart) {
   ReportData data = test::sample_report(kFewTrajectories);
-  data.evaluations.resize(1);
-  data.evaluations[0].push_back(data.evaluations[0][1]);
-  data.evaluations[0].back().estimator = "ukf";
-  const std::vector<Series> lines = error_figure(data.evaluations).panels[0].series;
+  data.rows.resize(1);
+  data.rows[0].cells.push_back(data.rows[0].cells[1]);
+  data.rows[0].cells.back().first().estimator = "ukf";
+  const std::vector<Series> lines = error_figure(data.rows).panels[0].series;
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_NE(lines[1].colour, lines[2].colour);
   EXPECT_EQ(lines[0].colour, lines[1].colour) << "dashed";
@@ -196,8 +199,8 @@ TEST(Report, NamesEveryPictureAndHeadsEveryCell) {
 TEST(Report, AddsUpErrorsOfOneUnitOnly) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   ReportData data = test::sample_report(kFewTrajectories);
-  for (auto& group : data.evaluations)
-    for (Evaluation& evaluation : group) evaluation.states[1].unit = "rad/s";
+  for (StudyRow& row : data.rows)
+    for (StudyCell& cell : row.cells) cell.first().states[1].unit = "rad/s";
   EXPECT_EQ(occurrences(render_report(data), "<svg"), occurrences(sample_page(), "<svg") - 1);
 }
 

@@ -109,9 +109,10 @@ inline ReportData sample_report(int trajectories = 40) {
   data.training = sample_curves();
   const Dataset set = van_der_pol_set(trajectories, 50.0, 4);
   for (const NoiseConfig& noise : {NoiseConfig{}, {NoiseKind::kGaussian, 0.5}, {NoiseKind::kUniform, 3.0}}) {
-    data.evaluations.push_back({evaluate("observer", pretended_observer(0.05), set, noise, 1, 1),
-                                evaluate("ekf", table_filter("ekf", van_der_pol(), noise, false), set, noise, 1, 1),
-                                evaluate("constant", baseline_estimator("constant", set), set, noise, 1, 1)});
+    data.rows.push_back(
+        row_of("van_der_pol", {evaluate("observer", pretended_observer(0.05), set, noise, 1, 1),
+                               evaluate("ekf", table_filter("ekf", van_der_pol(), noise, false), set, noise, 1, 1),
+                               evaluate("constant", baseline_estimator("constant", set), set, noise, 1, 1)}));
   }
   data.control_loop = sample_loop();
   return data;

@@ -19,7 +19,7 @@ RunReport report_on_plant(const codegen::Model& model, const Experiment& experim
     test.conditions = conditions_of(noises, {.input_noise = experiment.training.input_noise});
   }
   RunReport report;
-  report.evaluations = run_strict_test(model, experiment, test);
+  report.rows = run_study({{model.name, model}}, experiment, test).rows;
   return report;
 }
 
@@ -66,14 +66,14 @@ std::string readout_table(const Readout& readout, bool left_out) {
 
 std::string run_report_text(const codegen::Model& model, const RunReport& report) {
   std::string text;
-  for (const auto& evaluations : report.evaluations) text += evaluation_text(row_of(model.name, evaluations));
+  for (const StudyRow& row : report.rows) text += evaluation_text(row);
   if (report.logs) text += evaluation_text(model.name, *report.logs);
   return text + readout_table(report.readout, report.groups > 0);
 }
 
 std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {
   ReportData data = report_of(model, directory);
-  data.evaluations = report.evaluations;
+  data.rows = report.rows;
   data.logs = report.logs;
   data.log_clock = report.log_clock;
   data.derived_states = report.derived_states;

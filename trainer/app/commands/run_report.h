@@ -17,8 +17,8 @@
 namespace nlo::trainer {
 
 struct RunReport {
-  std::vector<std::vector<Evaluation>> evaluations;  ///< for a plant: per noise, the observer first
-  std::optional<LogEvaluation> logs;                 ///< result on the test logs
+  std::vector<StudyRow> rows;         ///< for a plant: one per noise
+  std::optional<LogEvaluation> logs;  ///< result on the test logs
   std::optional<LogReport> log_clock;
   Readout readout = {};                          ///< readout of each state
   std::size_t groups = 0;                        ///< groups of logs, left out of trainings, that chose it

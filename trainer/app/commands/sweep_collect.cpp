@@ -48,7 +48,7 @@ double test_error(const codegen::Model& model, const Experiment& experiment, con
   strict.seed = test.seed;
   strict.trajectories = test.trajectories;
   strict.threads = places.threads.value_or(0);
-  return report_on_plant(model, experiment, strict).evaluations.front().front().metrics.norm;
+  return report_on_plant(model, experiment, strict).rows.front().observer().first().metrics.norm;
 }
 
 /// Time of a sample [ns]: the observer as in nlo evaluate, over outputs across its range.

@@ -106,18 +106,20 @@ Figure eigenvalue_map(const TrainingCurves& curves) {
   return figure;
 }
 
-Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
+Figure error_figure(const std::vector<StudyRow>& rows) {
   Figure figure{"Error over time, root mean square over the test set.", 960, 330, false, {}};
-  for (const Channel& state : groups.front().front().states)
-    if (state.unit != groups.front().front().states.front().unit) return figure;
+  const std::vector<Channel>& states = rows.front().observer().first().states;
+  for (const Channel& state : states)
+    if (state.unit != states.front().unit) return figure;
   Panel panel{"time [s]", "error norm", false, true, false, false, 0, 0, 0, 0, {}};
   double low = 1e300, high = 0.0;
   std::vector<std::string> dashed;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
+  for (std::size_t g = 0; g < rows.size(); ++g) {
     std::size_t colour = g;  // colour of the observer and its first alternative
-    for (const Evaluation& evaluation : groups[g]) {
+    for (const StudyCell& cell : rows[g].cells) {
+      const Evaluation& evaluation = cell.first();
       if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;  // lines far above
-      const bool ours = &evaluation == &groups[g].front();
+      const bool ours = &cell == &rows[g].observer();
       const ErrorMetrics& m = evaluation.metrics;
       panel.series.push_back({fmt::format("{}, {}", evaluation.estimator, noise_title(evaluation.noise)),
                               ours ? Style::kLine : Style::kDashes,
@@ -125,7 +127,7 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
                               thinned(m.curve_time_s),
                               thinned(m.curve),
                               {}});
-      if (!ours) colour += groups.size();
+      if (!ours) colour += rows.size();
       if (const std::string name = filter_in_words(evaluation.estimator);
           !ours && std::find(dashed.begin(), dashed.end(), name) == dashed.end())
         dashed.push_back(name);

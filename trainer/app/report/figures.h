@@ -6,7 +6,7 @@
 
 #include "trainer/app/report/gnuplot.h"
 #include "trainer/app/report/run_results.h"
-#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluation_study.h"
 
 namespace nlo::trainer {
 
@@ -21,7 +21,7 @@ Figure eigenvalue_map(const TrainingCurves& curves);
 
 /// Error over time, averaged over the test set; one colour per noise, alternatives dashed. Without panels when the
 /// states' units differ: their errors do not add up.
-Figure error_figure(const std::vector<std::vector<Evaluation>>& groups);
+Figure error_figure(const std::vector<StudyRow>& rows);
 
 /// Time that one step and estimate took.
 Figure latency_figure(const ControlLoopResult& result);

@@ -22,28 +22,30 @@ namespace {
 
 /// Does any evaluation of the test?
 template <class Holds>
-bool any(const std::vector<std::vector<Evaluation>>& groups, const Holds& holds) {
-  return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
+bool any(const std::vector<StudyRow>& rows, const Holds& holds) {
+  return std::ranges::any_of(rows, [&](const StudyRow& row) {
+    return std::ranges::any_of(row.cells, [&](const StudyCell& cell) { return holds(cell.first()); });
+  });
 }
 
 /// Explains the columns and the rows of the table.
-std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups) {
+std::string plant_table_notes(const std::vector<StudyRow>& rows) {
   std::string text =
       "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "
       "square of |x|.";
-  if (groups.front().front().metrics.normalised)
+  if (rows.front().observer().first().metrics.normalised)
     text += " The states' units differ: each counts over its standard deviation.";
-  if (any(groups, [](const Evaluation& e) { return e.metrics.settled.has_value(); }))
+  if (any(rows, [](const Evaluation& e) { return e.metrics.settled.has_value(); }))
     text +=
         " settled: norm after the transient. Settling time: from when on the error, averaged over the runs and a short "
         "window, stays within 1.5 times its settled value.";
   text += " Initial states are new to the observer.";
-  if (any(groups, [](const Evaluation& e) { return !e.noise.none(); }))
+  if (any(rows, [](const Evaluation& e) { return !e.noise.none(); }))
     text += " One independent draw of noise per sample.";
   std::vector<const EstimatorWords*> said;
-  for (const auto& group : groups)
-    for (const Evaluation& evaluation : group)
-      if (const EstimatorWords* words = estimator_words(evaluation.estimator);
+  for (const StudyRow& row : rows)
+    for (const StudyCell& cell : row.cells)
+      if (const EstimatorWords* words = estimator_words(cell.first().estimator);
           words != nullptr && std::ranges::find(said, words) == said.end()) {
         said.push_back(words);
         text += fmt::format(" {}: {}{}.", words->name, words->meaning,
@@ -52,11 +54,8 @@ std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups
   return text;
 }
 
-std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
-  std::vector<StudyRow> rows;
-  for (const auto& group : groups) rows.push_back(row_of("", group));
-  return html_table(evaluation_table(rows, true)) +
-         fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(groups));
+std::string plant_table(const std::vector<StudyRow>& rows) {
+  return html_table(evaluation_table(rows, true)) + fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(rows));
 }
 
 std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>& derived_states) {
@@ -119,12 +118,12 @@ std::string facts_list(const std::vector<std::pair<std::string, std::string>>& f
 }
 
 void add_plant_sections(Page& page, const ReportData& data) {
-  const Evaluation& main = main_group(data.evaluations)->front();
+  const Evaluation& main = main_row(data.rows)->observer().first();
   page.heading("Errors");
-  page.text(plant_table(data.evaluations));
-  for (const auto& evaluations : data.evaluations)
-    for (const std::string& text : evaluations.front().notes) page.text(note(text));
-  page.figure(error_figure(data.evaluations));
+  page.text(plant_table(data.rows));
+  for (const StudyRow& row : data.rows)
+    for (const std::string& text : study_notes(row)) page.text(note(text));
+  page.figure(error_figure(data.rows));
   page.heading("Runs of the test set");
   add_runs(page, {main.examples, main.states, main.outputs, data.inputs,
                   fmt::format("with {}", noise_title(main.noise)), static_cast<std::size_t>(main.trajectories)});
@@ -168,11 +167,11 @@ std::string render_report(const ReportData& data, const std::string& gnuplot) {
       "estimates the state.</p>\n",
       escaped(data.title)));
   if (!data.warning.empty()) page.text(alarm(data.warning));
-  const auto* group = main_group(data.evaluations);
-  if (group != nullptr) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(plant_summary(*group))));
+  const StudyRow* row = main_row(data.rows);
+  if (row != nullptr) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(plant_summary(*row))));
   if (data.logs) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(log_summary(*data.logs))));
   page.text(tiles(data));
-  if (group != nullptr) add_plant_sections(page, data);
+  if (row != nullptr) add_plant_sections(page, data);
   if (data.logs) add_log_sections(page, data);
   if (data.control_loop) {
     page.heading("In a control loop");

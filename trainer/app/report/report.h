@@ -13,6 +13,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/judge/evaluation/evaluate_logs.h"
+#include "trainer/judge/evaluation/evaluation_study.h"
 
 namespace nlo::trainer {
 
@@ -22,7 +23,7 @@ struct ReportData {
   /// For reproduction; a value of several lines is shown whole.
   std::vector<std::pair<std::string, std::string>> facts;
   std::optional<TrainingCurves> training;
-  std::vector<std::vector<Evaluation>> evaluations;  ///< one group per noise, the observer first, then its alternatives
+  std::vector<StudyRow> rows;  ///< one per noise
   std::optional<LogEvaluation> logs;
   std::optional<LogReport> log_clock;
   std::optional<ControlLoopResult> control_loop;

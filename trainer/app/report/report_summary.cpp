@@ -16,9 +16,9 @@ std::string tile(const std::string& value, const std::string& meaning) {
   return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>\n", escaped(value), escaped(meaning));
 }
 
-const Evaluation* named(const std::vector<Evaluation>& group, std::string_view name) {
-  for (const Evaluation& evaluation : group)
-    if (evaluation.estimator == name) return &evaluation;
+const Evaluation* named(const StudyRow& row, std::string_view name) {
+  for (const StudyCell& cell : row.cells)
+    if (cell.first().estimator == name) return &cell.first();
   return nullptr;
 }
 
@@ -31,10 +31,10 @@ std::string settled_text(const ErrorMetrics& metrics) {
 
 }  // namespace
 
-const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups) {
-  const auto first_with = [&](auto&& is_meant) -> const std::vector<Evaluation>* {
-    for (const auto& group : groups)
-      if (!group.empty() && std::ranges::any_of(group.front().noise.sensors, is_meant)) return &group;
+const StudyRow* main_row(const std::vector<StudyRow>& rows) {
+  const auto first_with = [&](auto&& is_meant) -> const StudyRow* {
+    for (const StudyRow& row : rows)
+      if (std::ranges::any_of(row.observer().first().noise.sensors, is_meant)) return &row;
     return nullptr;
   };
   if (const auto* gaussian = first_with([](const SensorNoise& noise) { return noise.kind == NoiseKind::kGaussian; }))
@@ -44,13 +44,14 @@ const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluati
   return first_with([](const SensorNoise&) { return true; });
 }
 
-std::string plant_summary(const std::vector<Evaluation>& group) {
-  const ErrorMetrics& own = group.front().metrics;
+std::string plant_summary(const StudyRow& row) {
+  const Evaluation& observer = row.observer().first();
+  const ErrorMetrics& own = observer.metrics;
   std::string text = fmt::format(
       "With {} on its measurements the observer errs by {} (root mean square over {} runs of {} s, "
       "transient included{})",
-      noise_title(group.front().noise), significant(own.norm), group.front().trajectories,
-      significant(group.front().horizon_s, 2), own.normalised ? "; each state over its standard deviation" : "");
+      noise_title(observer.noise), significant(own.norm), observer.trajectories, significant(observer.horizon_s, 2),
+      own.normalised ? "; each state over its standard deviation" : "");
   if (own.nrmse) text += fmt::format(", {} of the state's own size", percent(*own.nrmse));
   text += ".";
   if (own.settled)
@@ -58,10 +59,10 @@ std::string plant_summary(const std::vector<Evaluation>& group) {
         own.settling_time_s
             ? fmt::format(" It settles within {} s to {}.", fixed(*own.settling_time_s, 1), significant(*own.settled))
             : fmt::format(" Once settled it errs by {}, but does not stay there.", significant(*own.settled));
-  if (const Evaluation* ekf = named(group, "ekf"))
+  if (const Evaluation* ekf = named(row, "ekf"))
     text += fmt::format(" An extended Kalman filter that is given the exact plant and noise reaches {}.",
                         significant(ekf->metrics.norm));
-  if (const Evaluation* constant = named(group, "constant"))
+  if (const Evaluation* constant = named(row, "constant"))
     text += fmt::format(" Always guessing the average would err by {}{}.", significant(constant->metrics.norm),
                         own.norm >= constant->metrics.norm ? ", which is no worse: this observer is of no use" : "");
   return text;
@@ -97,10 +98,11 @@ std::string log_summary(const LogEvaluation& logs) {
 
 std::string tiles(const ReportData& data) {
   std::string html;
-  if (const auto* group = main_group(data.evaluations)) {
-    const ErrorMetrics& own = group->front().metrics;
-    html += tile(significant(own.norm), fmt::format("{}error norm, {}", own.normalised ? "normalised " : "",
-                                                    noise_title(group->front().noise)));
+  if (const StudyRow* row = main_row(data.rows)) {
+    const Evaluation& observer = row->observer().first();
+    const ErrorMetrics& own = observer.metrics;
+    html += tile(significant(own.norm),
+                 fmt::format("{}error norm, {}", own.normalised ? "normalised " : "", noise_title(observer.noise)));
     if (own.settled) html += tile(significant(*own.settled), settled_text(own));
     if (own.settling_time_s) html += tile(fmt::format("{} s", fixed(*own.settling_time_s, 1)), "settling time");
   }

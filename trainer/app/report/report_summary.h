@@ -9,12 +9,12 @@
 
 namespace nlo::trainer {
 
-/// The group that speaks for the whole: the first with Gaussian noise, else with any, else the first.
+/// The row that speaks for the whole: the first with Gaussian noise, else with any, else the first.
 /// Null: there is none.
-const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups);
+const StudyRow* main_row(const std::vector<StudyRow>& rows);
 
-/// Plain text. `group`: the observer and its alternatives under one noise.
-std::string plant_summary(const std::vector<Evaluation>& group);
+/// Plain text.
+std::string plant_summary(const StudyRow& row);
 std::string log_summary(const LogEvaluation& logs);
 
 /// HTML: the numbers that matter most, large. Empty: there are none.

@@ -33,8 +33,7 @@ ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition
 /// The test set number `index` of `count` runs.
 Dataset set_of(const ComparedRuns& runs, int index, int count);
 
-/// Estimates of the channels in each run, n x N, by a filter that steps all
-/// runs side by side.
+/// Estimates of the channels in each run, n x N, by a filter that steps all runs side by side.
 std::vector<Eigen::MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRuns& runs);
 
 /// `runs.outputs` side by side, as filters are given them.

@@ -126,10 +126,6 @@ class UnderCondition {
         done();
       }
     }
-    if (!test_.by_condition && row.observer().is_single()) {
-      std::vector<std::string>& notes = row.cells.front().evaluations.front().front().notes;
-      notes = study_notes(row);
-    }
     return row;
   }
 
@@ -426,19 +422,6 @@ Study run_study(const std::vector<NamedModel>& models, const Experiment& experim
   leave_out(impossible, study);
   if (by_condition) keep_worst_run(plan, study);
   return study;
-}
-
-std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
-                                                     const StudyTest& test) {
-  StudyTest once = test;
-  once.test_sets = 1;
-  Study study = run_study({{model.name, model}}, experiment, once);
-  std::vector<std::vector<Evaluation>> result;
-  for (StudyRow& row : study.rows) {
-    std::vector<Evaluation>& group = result.emplace_back();
-    for (StudyCell& cell : row.cells) group.push_back(std::move(cell.evaluations.front().front()));
-  }
-  return result;
 }
 
 }  // namespace nlo::trainer

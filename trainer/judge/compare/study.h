@@ -94,8 +94,4 @@ std::vector<Condition> compared_conditions(const Experiment& experiment, const C
 Study run_study(const std::vector<NamedModel>& models, const Experiment& experiment, const StudyTest& test,
                 const StudyProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
-/// Judges one model on one test set: per condition the observer and then its alternatives.
-std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
-                                                     const StudyTest& test);
-
 }  // namespace nlo::trainer

@@ -77,7 +77,6 @@ struct Evaluation {
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< name and u(t) of each input
   std::optional<DomainShare> domain = {};                            ///< share of the observer's domain
   std::string label = {};                   ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};      ///< notes on the observer: see study_notes()
   std::optional<ClosedLoopCost> loop = {};  ///< cost of an estimator in its own loop
   std::optional<Coverage> coverage = {};    ///< intervals of an estimator that reports its error
   double worst = 0.0;                       ///< the largest norm of a run

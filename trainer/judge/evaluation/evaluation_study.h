@@ -24,6 +24,7 @@ struct StudyCell {
   int restarts = 0;          ///< runs that left the finite numbers and began anew
 
   const Evaluation& first() const { return evaluations.front().front(); }
+  Evaluation& first() { return evaluations.front().front(); }
   std::size_t models() const { return evaluations.size(); }
   std::size_t test_sets() const { return evaluations.front().size(); }
   bool is_single() const { return models() == 1 && test_sets() == 1; }
