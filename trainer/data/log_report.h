@@ -24,7 +24,7 @@ struct LogReport {
   std::string data_hash;                          ///< content_hash of the files, in the order of `files`
 };
 
-/// Table of the time stamps, then the notes, one per line.
+/// Table of the time stamps, then the notes in at most 25 lines of 120 columns. report.html has all of them.
 std::string to_text(const LogReport& report);
 
 }  // namespace nlo::trainer
