@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "codegen/base/error.h"
 #include "trainer/choose/mode_banks.h"
 #include "trainer/choose/readout_probe.h"
@@ -28,6 +30,8 @@ initial_high = [1.0, 1.0]
 trajectories_per_step = 8  # quick pilots: what is derived here does not hang on them
 samples_per_step = 256
 )";
+
+constexpr double kRounding = 0.01;  // banks are told to three digits
 
 Recipe derived(const std::string& text, const std::vector<std::string>& overrides = {}) {
   const DraftExperiment draft = parse_draft(text, "draft.toml", overrides);
@@ -79,6 +83,12 @@ TEST(Recipe, KeepsTheKeysOfTheFile) {
     EXPECT_THAT(recipe.experiment.source_text, HasSubstr(std::string("\n") + line + "\n")) << line;
 }
 
+/// min |Re lambda| of what was derived [1/s].
+double slowest(const Recipe& recipe) {
+  const ObserverConfig& observer = recipe.experiment.observer;
+  return ModeBank{.pairs = observer.pairs, .real = observer.eigenvalues}.slowest();
+}
+
 TEST(Recipe, IsSlowerForASlowerPlant) {
   // The oscillator with another clock: all times are ten times as long.
   const std::string plant = R"toml(name = "clocked"
@@ -98,17 +108,37 @@ noise = "gaussian:0.1"
 trajectories_per_step = 8
 samples_per_step = 256
 )toml";
-  const auto slowest = [](const Experiment& e) {
-    double least = 1e9;
-    for (const double lambda : e.observer.eigenvalues) least = std::min(least, -lambda);
-    for (const auto& pair : e.observer.pairs) least = std::min(least, -pair[0]);
-    return least;
-  };
-  const double fast = slowest(derived(plant).experiment);
+  const double fast = slowest(derived(plant));
   const double slow = slowest(
-      derived(plant, {"plant.parameters.rate=0.1", "simulation.horizon_s=200.0", "simulation.sample_period_s=0.5"})
-          .experiment);
+      derived(plant, {"plant.parameters.rate=0.1", "simulation.horizon_s=200.0", "simulation.sample_period_s=0.5"}));
   EXPECT_NEAR(fast / slow, 10.0, 0.1);
+}
+
+TEST(Recipe, HasNoModeSlowerThanAFifthOfAllItsRunsTogether) {
+  // An almost constant state behind much noise: the longer the average, the better.
+  const std::string plant = R"toml(name = "level"
+[plant]
+states = ["a"]
+derivative = ["-0.02 * a"]
+output_names = ["y"]
+outputs = ["a"]
+[simulation]
+horizon_s = 20.0
+sample_period_s = 0.1
+initial_low = [1.0]
+initial_high = [2.0]
+[observer]
+structure = "kkl"  # gated units have no eigenvalues
+[training]
+noise = "gaussian:0.5"
+trajectories_per_step = 8
+samples_per_step = 256
+)toml";
+  constexpr double kFifthOfARun = 4.0;
+  const double of_one_run = slowest(derived(plant, {"simulation.trajectories=1"}));
+  EXPECT_GE(of_one_run, (1.0 - kRounding) / kFifthOfARun);
+  EXPECT_TRUE(std::isfinite(of_one_run));
+  EXPECT_LT(slowest(derived(plant, {"simulation.trajectories=40"})), 1.0 / kFifthOfARun);  // many runs: no need
 }
 
 TEST(Recipe, DoesNotMirrorRunsThatStartOnOneSide) {
@@ -172,8 +202,6 @@ TEST(ReadoutProbe, GivesTheSameNumbersForAnyNumberOfThreads) {
   EXPECT_EQ(one.linear, three.linear);
   EXPECT_EQ(one.curved, three.curved);
 }
-
-constexpr double kRounding = 0.01;  // banks are told to three digits
 
 TEST(ModeBanks, DecayWithinARunAndStayBelowTheSampleRate) {
   for (const double period_s : {1e-4, 0.02, 1.0})

@@ -48,6 +48,15 @@ double run_length_s(const Dataset& data) {
   return value_at_rank(std::move(lengths), 0.5);
 }
 
+/// The longest time constant of a derived mode [s]: a run is at least as long, and all runs together five times. One
+/// log shows a slower mode too few times to fit what belongs to it. Many short runs show it at each start.
+double longest_time_constant_s(const Dataset& data) {
+  constexpr double kTimesInAll = 5.0;
+  double all = 0.0;
+  for (const Trajectory& run : data.trajectories) all += run.time_s(run.samples() - 1) - run.time_s(0);
+  return std::min(run_length_s(data), all / kTimesInAll);
+}
+
 /// How an observer of a bank reads and starts.
 struct Reading {
   FeatureSet features = FeatureSet::kLatentAndOutput;
@@ -177,11 +186,12 @@ class Deriver {
     constexpr std::size_t kFinalists = 4;
     ReadoutProbe probe(base_, data_);
     const int readings_count = static_cast<int>(data_.readings().size());
-    const std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, kMostFeatures / std::max(1, readings_count));
+    const double longest_s = longest_time_constant_s(data_);
+    const std::vector<ModeBank> banks = mode_banks(period_s_, longest_s, kMostFeatures / std::max(1, readings_count));
     if (banks.empty())
       throw codegen::Error(
           fmt::format("runs of {} s with a sample each {} s are too short to derive eigenvalues from; "
-                      "give longer runs, or [observer] eigenvalues",
+                      "give longer or more runs, or [observer] eigenvalues",
                       shortest_text(length_s_), shortest_text(period_s_)));
     const std::vector<Reading> ways = readings(banks.front());
     if (ways.empty())  // says why
@@ -206,7 +216,10 @@ class Deriver {
     for (const Choice& choice : best_of_forms(rough))
       for (const Reading& way : ways) measure(choice.bank, way);
     for (const Choice& choice : best_of_forms(fine))
-      for (const double faster : {0.75, 1.33}) measure(choice.bank.scaled(faster), choice.reading);
+      for (const double faster : {0.75, 1.33}) {
+        const ModeBank bank = choice.bank.scaled(faster);
+        if (bank.slowest() * longest_s >= 1.0) measure(bank, choice.reading);
+      }
     tried_ = rough.size() + fine.size();
     return best_of_forms(fine);
   }
