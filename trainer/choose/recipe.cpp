@@ -187,7 +187,9 @@ class Deriver {
     ReadoutProbe probe(base_, data_);
     const int readings_count = static_cast<int>(data_.readings().size());
     const double longest_s = longest_time_constant_s(data_);
-    const std::vector<ModeBank> banks = mode_banks(period_s_, longest_s, kMostFeatures / std::max(1, readings_count));
+    const auto too_slow = [&](const ModeBank& bank) { return bank.slowest() * longest_s < 1.0; };
+    std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, kMostFeatures / std::max(1, readings_count));
+    std::erase_if(banks, too_slow);
     if (banks.empty())
       throw codegen::Error(
           fmt::format("runs of {} s with a sample each {} s are too short to derive eigenvalues from; "
@@ -218,7 +220,7 @@ class Deriver {
     for (const Choice& choice : best_of_forms(fine))
       for (const double faster : {0.75, 1.33}) {
         const ModeBank bank = choice.bank.scaled(faster);
-        if (bank.slowest() * longest_s >= 1.0) measure(bank, choice.reading);
+        if (!too_slow(bank)) measure(bank, choice.reading);
       }
     tried_ = rough.size() + fine.size();
     return best_of_forms(fine);
