@@ -97,7 +97,7 @@ TEST(ComparisonNotes, NameStatesThatAreNotSeenAndStatesThatNeedNoNetwork) {
                                        {"alone", "", "all", 0.5, nan, nan}});
   ASSERT_EQ(notes.size(), 2U);
   EXPECT_THAT(notes[0], HasSubstr("lost is not seen: its error, all: 0.960 m, is no better than that of a constant"));
-  EXPECT_THAT(notes[1], HasSubstr("plain needs no network"));
+  EXPECT_THAT(notes[1], HasSubstr("plain gains nothing from a network"));
 }
 
 TEST(StudyRow, PlantsHaveTheNotesOfLogs) {

@@ -128,9 +128,9 @@ std::vector<std::string> comparison_notes(const std::vector<ComparedState>& stat
                       "outputs may not determine it.",
                       state.name, state.window, shown(state.observer), shown(state.constant)));
     else if (is_no_better_than(state.simple))
-      notes.push_back(fmt::format("{} needs no network: its error, {}: {}, is no better than that of {}, {}.",
-                                  state.name, state.window, shown(state.observer), state.simple_name,
-                                  shown(state.simple)));
+      notes.push_back(
+          fmt::format("{} gains nothing from a network: its error, {}: {}, is no better than that of {}, {}.",
+                      state.name, state.window, shown(state.observer), state.simple_name, shown(state.simple)));
   }
   return notes;
 }
