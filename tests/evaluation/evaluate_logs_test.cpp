@@ -122,7 +122,7 @@ TEST(EvaluateLogs, NobodyIsToldOfASensorThatLies) {
 
 TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
   const LogEvaluation result = evaluated();
-  ASSERT_EQ(result.notes.size(), 2U);                              // control: dq is seen
+  ASSERT_EQ(result.notes.size(), 2U);                                          // control: dq is seen
   EXPECT_THAT(result.notes[0], HasSubstr("dq gains nothing from a network"));  // its map is linear in what it reads
   EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
   EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
