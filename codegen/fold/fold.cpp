@@ -19,7 +19,7 @@ int stale_after(const Model& m) {
 }
 
 std::vector<int> not_due(const Model& m) {
-  constexpr double kRounding = 0.05;  // of a sample period
+  constexpr double kRounding = 0.05;  // sample periods
   std::vector<int> samples(static_cast<std::size_t>(m.nr()), 0);
   for (std::size_t j = 0; j < m.outputs.size(); ++j)
     if (m.outputs[j].period_s > 0.0)

@@ -15,7 +15,7 @@ struct Channel {
   std::string unit;             ///< "rad/s"; empty when dimensionless or unknown
   double wrap = 0.0;            ///< full turn of an angle in the channel's unit (2 pi for rad); 0: not an angle
   std::string expression = {};  ///< formula of a computed output (expression.h); empty: measured
-  double period_s = 0.0;        ///< of an output that is slower than the observer; 0: measured in every sample
+  double period_s = 0.0;        ///< period of an output that is slower than the observer; 0: measured in every sample
 };
 
 /// One layer: a = W u + b.

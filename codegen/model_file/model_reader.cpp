@@ -82,7 +82,7 @@ int version_of(const Field& file) {
   const Field version = file["version"];
   if (!version.value.is_number_integer())
     version.fail(fmt::format("is not a whole number; this nlo reads versions 1 to {}", kModelVersion));
-  const double number = version.value.get<double>();  // of any size
+  const double number = version.value.get<double>();  // an integer may be too large for int
   if (number > kModelVersion)
     version.fail(fmt::format("is {}; this nlo reads versions 1 to {}: a newer nlo wrote the file, update this one",
                              version.value.dump(), kModelVersion));

@@ -93,8 +93,8 @@ class ReferenceObserver {
 
   /// A whole trajectory from reset: `outputs` n_y x N, `inputs` n_u x N (0 x 0 where there are none), `time_s` N. With
   /// `uniform` each step is the sample period, else it is the difference of the time stamps, where a difference that
-  /// is the sample period but for the stamps' rounding counts as the period. Estimates are matrix products over blocks
-  /// of samples. Throws Error when the inputs are not those of the model.
+  /// is the sample period but for the stamps' rounding counts as the period. Estimates are products of matrices, for
+  /// many samples at once. Throws Error when the inputs are not those of the model.
   Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform,
           Angles angles = Angles::kUnwrapped);
 

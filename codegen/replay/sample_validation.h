@@ -58,7 +58,7 @@ class SampleValidation {
   const Model& model_;
   ComputedOutputs computed_;
   int stale_after_;
-  std::vector<int> not_due_;  ///< of each channel (fold.h)
+  std::vector<int> not_due_;  ///< for each channel (fold.h)
   FlownRanges ranges_;
   void fill_missing(Eigen::VectorXd& readings, double dt_s) const;
 

@@ -95,7 +95,7 @@ struct ColumnConfig {
   std::string expression;   ///< an output that is computed of others and of inputs, by their names; empty: a column
   bool odd = true;          ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
   double delay_s = 0.0;     ///< the plant sees an input this much later than the column says
-  double period_s = 0.0;    ///< of an output that is slower than the rows; 0: measured in every row
+  double period_s = 0.0;    ///< period of an output that is slower than the rows; 0: measured in every row
   bool find_delay = false;  ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)
 };
 

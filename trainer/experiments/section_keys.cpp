@@ -214,9 +214,10 @@ const std::vector<Key<ColumnConfig>>& keys() {
       only_when_given(key("expression", &C::expression, any(),
                           "an output that is computed of others and of inputs, in flight too: \"speed * rate\"; + - *, "
                           "powers to 4, numbers")),
-      only_when_given(key("period_s", &C::period_s, at_least(0),
-                          "of an output that is slower than the rows [s]: between its samples its last value is held, "
-                          "and the status in flight is kOk")),
+      only_when_given(
+          key("period_s", &C::period_s, at_least(0),
+              "period of an output that is slower than the rows [s]: between its samples its last value is held, "
+              "and the status in flight is kOk")),
       key("odd", &C::odd, any(),
           "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
       only_when_given<C>(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Output functions for the programs of this folder, on an emulated board (NLO_ON_BOARD) and on the host, and the hash
-// of a long run.
+// Output functions for the programs of this folder, on an emulated board (NLO_ON_BOARD) and on the host. A hash stands
+// for the results of a long run.
 #pragma once
 
 #include <bit>
