@@ -23,7 +23,7 @@ std::vector<int> not_due(const Model& m) {
   std::vector<int> samples(static_cast<std::size_t>(m.nr()), 0);
   for (std::size_t j = 0; j < m.outputs.size(); ++j)
     if (m.outputs[j].period_s > 0.0)
-      samples[j] = std::max(0, static_cast<int>(std::ceil(m.outputs[j].period_s / m.sample_period_s - kRounding)) - 1);
+      samples[j] = static_cast<int>(std::ceil(m.outputs[j].period_s / m.sample_period_s - kRounding)) - 1;
   const ComputedOutputs computed(m.outputs, m.inputs);
   for (std::size_t i = 0; i < computed.all().size(); ++i)
     for (const int part : computed.all()[i].reads()) {
@@ -34,8 +34,7 @@ std::vector<int> not_due(const Model& m) {
 }
 
 bool has_slow_outputs(const Model& m) {
-  const std::vector<int> samples = not_due(m);
-  return std::any_of(samples.begin(), samples.end(), [](int each) { return each > 0; });
+  return std::ranges::any_of(m.outputs, [](const Channel& output) { return output.period_s > 0.0; });
 }
 
 FoldedModel fold(const Model& m) {

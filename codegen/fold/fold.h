@@ -20,9 +20,4 @@ int stale_after(const Model& model);
 std::vector<int> not_due(const Model& model);
 bool has_slow_outputs(const Model& model);
 
-/// Largest number of samples in a row that a slow output may be missing: it may be late by half its period.
-constexpr int most_missing(int not_due) {
-  return not_due + (not_due + 1) / 2;
-}
-
 }  // namespace nlo::codegen

@@ -10,6 +10,14 @@
 #include "codegen/fold/fold.h"
 
 namespace nlo::codegen {
+namespace {
+
+/// Largest number of samples in a row that an output may be missing: a slow one may be late by half its period.
+int most_missing(int not_due) {
+  return not_due + (not_due + 1) / 2;
+}
+
+}  // namespace
 
 SampleValidation::SampleValidation(const Model& model, FlownRanges ranges)
     : model_(model),
@@ -24,7 +32,7 @@ void SampleValidation::reset() {
   y_ = Eigen::VectorXd::Zero(model_.nr());
   u_ = Eigen::VectorXd::Zero(model_.inputs.empty() ? model_.nu() : 0);
   status_ = StepStatus::kOk;
-  not_due_.resize(static_cast<std::size_t>(y_.size() + u_.size()), 0);
+  not_due_.resize(static_cast<std::size_t>(y_.size() + u_.size()), 0);  // an input is due in every sample
   health_.assign(not_due_.size(), Health{});
   for (std::size_t i = 0; i < health_.size(); ++i)  // a slow output has never arrived
     if (not_due_[i] > 0) health_[i] = {most_missing(not_due_[i]) + 1, true};
@@ -70,15 +78,11 @@ int SampleValidation::late(std::size_t channel) const {
 
 StepStatus SampleValidation::status_of(std::size_t channel) const {
   const Health& h = health_[channel];
-  if (not_due_[channel] > 0 && h.clamped)
-    return h.count >= stale_after_ ? StepStatus::kOutOfRange : StepStatus::kClamped;
-  if (not_due_[channel] > 0)
-    return late(channel) == 0              ? StepStatus::kOk
-           : late(channel) >= stale_after_ ? StepStatus::kStale
-                                           : StepStatus::kHeld;
-  if (h.count == 0) return StepStatus::kOk;
-  if (h.count >= stale_after_) return h.clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
-  return h.clamped && !h.late ? StepStatus::kClamped : StepStatus::kHeld;
+  const int count = h.clamped ? h.count : late(channel);
+  if (count == 0) return StepStatus::kOk;
+  if (count >= stale_after_) return h.clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
+  const bool missed_in_gap = h.late && not_due_[channel] == 0;
+  return h.clamped && !missed_in_gap ? StepStatus::kClamped : StepStatus::kHeld;
 }
 
 bool SampleValidation::clamped() const {
@@ -121,15 +125,11 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     constexpr int kMost = 1 << 20;
     Health& h = health_[static_cast<std::size_t>(channel)];
     const bool good = !held && !clamped;
-    const int before = h.held || h.clamped ? h.count : 0, all = before + missed + (good ? 0 : 1);
-    if (not_due_[static_cast<std::size_t>(channel)] > 0) {
-      const bool in_use = h.clamped && !good && !clamped;  // the clamped value
-      h.count = before + missed;
-      if (clamped && !h.clamped) h.count = late(static_cast<std::size_t>(channel));
-      h = {good && missed == 0 ? 0 : std::min(h.count + (good ? 0 : 1), kMost), held, clamped || in_use, missed > 0};
-      return;
-    }
-    h = {good && missed == 0 ? 0 : std::min(all, kMost), held, clamped, missed > 0};
+    const bool is_slow = not_due_[static_cast<std::size_t>(channel)] > 0;
+    const bool in_use = is_slow && h.clamped && held;  // the clamped value
+    h.count = (h.held || h.clamped ? h.count : 0) + missed;
+    if (clamped && !h.clamped) h.count = late(static_cast<std::size_t>(channel));
+    h = {good && missed == 0 ? 0 : std::min(h.count + (good ? 0 : 1), kMost), held, clamped || in_use, missed > 0};
   };
   Eigen::VectorXd good_y = y, good_u = u;
   for (int j = 0; j < y.size(); ++j) {

@@ -53,7 +53,7 @@ class SampleValidation {
     bool late = false;     ///< samples were missed before it
   };
   StepStatus status_of(std::size_t channel) const;
-  int late(std::size_t channel) const;  ///< samples since a slow output was due; 0: it is not late
+  int late(std::size_t channel) const;  ///< samples since it was due; 0: it is not late
 
   const Model& model_;
   ComputedOutputs computed_;

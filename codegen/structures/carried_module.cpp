@@ -68,13 +68,12 @@ class CarriedHeader final : public CppStructureBase {
   }
   std::string header() const override { return "carried_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {}; }
-  std::string types() const override {
-    return fmt::format(
-        "using Model = CarriedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, modes, pairs, reads y, unit length\n"
-        "using Observer = CarriedObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, modes(), own_.component.pairs, reads_output(), own_.unit_length,
-        m_.input_hold == Hold::kZeroOrder ? "" : ", " + hold_identifier(m_.input_hold));
+  std::string model_type() const override {
+    return fmt::format("CarriedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, modes, pairs, reads y, unit length\n",
+                       init_.scalar_name(), nx_, ny_, modes(), own_.component.pairs, reads_output(), own_.unit_length,
+                       m_.input_hold == Hold::kZeroOrder ? "" : ", " + hold_identifier(m_.input_hold));
   }
+  std::string observer() const override { return "CarriedObserver"; }
   std::string leading_fields() const override { return latent_.fields(); }
   std::string trailing_fields() const override {
     return fmt::format("    .weights = {},\n", init_.matrix(weights_, "inverse_map"));

@@ -34,15 +34,15 @@ class DrivenKklHeader final : public KklHeader {
   }
   std::string header() const override { return "driven_kkl_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {inverse_map(), forward_map()}; }
-  std::string types() const override {
+  std::string model_type() const override {
     return fmt::format(
-        "using Model = DrivenKklModel<{}, {}, {}, {}, {}, {},  // n_x, n_y, n_z, n_u, complex pairs\n"
+        "DrivenKklModel<{}, {}, {}, {}, {}, {},  // n_x, n_y, n_z, n_u, complex pairs\n"
         "                             {},\n"
-        "                             {}>;\n"
-        "using Observer = DrivenKklObserver<Model>;\n",
+        "                             {}>;\n",
         init_.scalar_name(), nx_, ny_, nz_, nu_, latent_.pairs, inverse_map().map_type(init_),
         forward_map().map_type(init_));
   }
+  std::string observer() const override { return "DrivenKklObserver"; }
   std::string leading_fields() const override {
     const auto& w = forced_.weights;
     std::string text = fmt::format("    .input_hold = {},\n", hold_identifier(own_.input_hold)) + latent_fields();

@@ -75,13 +75,12 @@ class GatedHeader final : public CppStructureBase {
   }
   std::string header() const override { return "gated_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {gates(), candidate(), inverse_map()}; }
-  std::string types() const override {
-    return fmt::format(
-        "using Model = GatedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, gates, candidate, T*{}\n"
-        "using Observer = GatedObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, nz_, gates().map_type(init_), candidate().map_type(init_),
-        inverse_map().map_type(init_), input_arguments(), input_words());
+  std::string model_type() const override {
+    return fmt::format("GatedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, gates, candidate, T*{}\n",
+                       init_.scalar_name(), nx_, ny_, nz_, gates().map_type(init_), candidate().map_type(init_),
+                       inverse_map().map_type(init_), input_arguments(), input_words());
   }
+  std::string observer() const override { return "GatedObserver"; }
   std::string leading_fields() const override {
     return fmt::format("    .initial = {},\n", init_.vector(m_.initial_latent, "initial_latent"));
   }

@@ -48,13 +48,12 @@ class GeneralHeader final : public CppStructureBase {
   }
   std::string header() const override { return "general_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {dynamics(), inverse_map()}; }
-  std::string types() const override {
-    return fmt::format(
-        "using Model = GeneralModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z{}\n"
-        "using Observer = GeneralObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, nz_, dynamics().map_type(init_), inverse_map().map_type(init_),
-        input_arguments(), read_inputs_ > 0 ? ", F, G, n_u" : "");
+  std::string model_type() const override {
+    return fmt::format("GeneralModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z{}\n", init_.scalar_name(), nx_, ny_,
+                       nz_, dynamics().map_type(init_), inverse_map().map_type(init_), input_arguments(),
+                       read_inputs_ > 0 ? ", F, G, n_u" : "");
   }
+  std::string observer() const override { return "GeneralObserver"; }
   std::string leading_fields() const override {
     return fmt::format("    .hold = {},\n    .initial = {},\n", hold_identifier(m_.hold),
                        init_.vector(m_.initial_latent, "initial_latent"));

@@ -169,12 +169,10 @@ std::string KklHeader::description() const {
          input_comment();
 }
 
-std::string KklHeader::types() const {
-  return fmt::format(
-      "using Model = KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n"
-      "using Observer = KklObserver<Model>;\n",
-      init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
-      input_words().empty() ? "" : ", T*" + input_words());
+std::string KklHeader::model_type() const {
+  return fmt::format("KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n", init_.scalar_name(),
+                     nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
+                     input_words().empty() ? "" : ", T*" + input_words());
 }
 
 Eigen::Index KklHeader::own_scalars() const {

@@ -44,7 +44,8 @@ class KklHeader : public CppStructureBase {
   std::string description() const override;
   std::string header() const override { return "kkl_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {inverse_map()}; }
-  std::string types() const override;
+  std::string model_type() const override;
+  std::string observer() const override { return "KklObserver"; }
   std::string leading_fields() const override { return latent_fields(); }
 
   Eigen::Index step_multiply_adds() const override { return linear_multiply_adds(); }

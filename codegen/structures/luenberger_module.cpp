@@ -76,13 +76,11 @@ class LuenbergerHeader final : public CppStructureBase {
   }
   std::string header() const override { return "luenberger_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {nonlinearity()}; }
-  std::string types() const override {
-    return fmt::format(
-        "using Model = LuenbergerModel<{}, {}, {}, {}{}>;  // n_x, n_y{}\n"
-        "using Observer = LuenbergerObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, nonlinearity().map_type(init_), input_arguments(),
-        read_inputs_ > 0 ? ", g_hat, n_u" : "");
+  std::string model_type() const override {
+    return fmt::format("LuenbergerModel<{}, {}, {}, {}{}>;  // n_x, n_y{}\n", init_.scalar_name(), nx_, ny_,
+                       nonlinearity().map_type(init_), input_arguments(), read_inputs_ > 0 ? ", g_hat, n_u" : "");
   }
+  std::string observer() const override { return "LuenbergerObserver"; }
   std::string leading_fields() const override {
     return fmt::format(
         "    .hold = {},\n"

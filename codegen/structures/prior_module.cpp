@@ -48,7 +48,7 @@ class PriorHeader final : public CppStructureBase {
   }
   std::string header() const override { return "prior_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {gates(), candidate(), correction(), inverse_map()}; }
-  std::string types() const override {
+  std::string declarations() const override {
     const std::string scalar = init_.scalar_name();
     std::string text =
         "/// The plant's known equations: d[x; p]/dt of dx/dt = f(x, u) and its covariance; y = h(x) and "
@@ -63,14 +63,16 @@ class PriorHeader final : public CppStructureBase {
                          nz_ - units_),
              lines.derivative());
     function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + nx_)), lines.output());
-    return text + "};\n" +
-           fmt::format(
-               "using Model = PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
-               "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n"
-               "using Observer = PriorObserver<Model>;\n",
-               scalar, nx_, ny_, units_, gates().map_type(init_), candidate().map_type(init_),
-               correction().map_type(init_), inverse_map().map_type(init_), input_arguments(), input_words());
+    return text + "};\n";
   }
+  std::string model_type() const override {
+    return fmt::format(
+        "PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
+        "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n",
+        init_.scalar_name(), nx_, ny_, units_, gates().map_type(init_), candidate().map_type(init_),
+        correction().map_type(init_), inverse_map().map_type(init_), input_arguments(), input_words());
+  }
+  std::string observer() const override { return "PriorObserver"; }
   std::string leading_fields() const override {
     return fmt::format(
         "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n"

@@ -126,12 +126,15 @@ std::map<std::string, std::string> c99_readings(const Model& m, const std::strin
        {"MORE_SIZES", "PUBLIC_SIZES", "SIZES_MORE",   "INPUT_POSITIONS", "AND_MORE",       "U_PARAMETER",
         "U_TAKEN",    "START_U",      "START_READ",   "U_PASSED",        "INPUT_NOTE",     "HOLD_INPUTS",
         "READ",       "NOTE_MISSING", "COMPUTE",      "KEEP_FIELD",      "KEEP_VALUE",     "KEEP_OVER",
-        "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START"})
+        "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START",
+        "SLOW",       "NOT_DUE"})
     values[key] = "";
-  values["SLOW"] = has_slow_outputs(m) ? "true" : "";
-  std::vector<int> samples = not_due(m);
-  samples.resize(samples.size() + static_cast<std::size_t>(acting_inputs(m)), 0);
-  values["NOT_DUE"] = has_slow_outputs(m) ? fmt::format("{{{}}}", fmt::join(samples.begin(), samples.end(), ", ")) : "";
+  if (has_slow_outputs(m)) {
+    std::vector<int> samples = not_due(m);
+    samples.resize(samples.size() + static_cast<std::size_t>(acting_inputs(m)), 0);
+    values["SLOW"] = "true";
+    values["NOT_DUE"] = fmt::format("{{{}}}", fmt::join(samples, ", "));
+  }
   values["READINGS"] = "y";
   values["CHANNELS"] = std::to_string(m.ny() + m.nu());
   values["CHANNEL_NOTE"] =

@@ -138,16 +138,16 @@ std::string computed(const Source& s) {
 
 /// Model and Observer. A model with slow outputs is a type of its own, with their periods.
 std::string types(const Source& s) {
-  std::string text = s.structure.types();
-  if (!has_slow_outputs(s.model)) return text;
-  const std::string model = "using Model =", observer = "using Observer =";
-  text.replace(text.find(model), model.size(), "using EverySample =");
-  const std::vector<int> samples = not_due(s.model);
-  text.insert(text.find(observer),
-              fmt::format("struct Model : EverySample {{\n  static constexpr std::uint16_t kNotDue[kNr] = {{{}}};  // "
-                          "samples for which a reading is not due\n}};\n",
-                          fmt::join(samples.begin(), samples.end(), ", ")));
-  return text;
+  const CppStructure& structure = s.structure;
+  const std::string observer = fmt::format("using Observer = {}<Model>;\n", structure.observer());
+  if (!has_slow_outputs(s.model))
+    return structure.declarations() + "using Model = " + structure.model_type() + observer;
+  return structure.declarations() + "using EverySample = " + structure.model_type() +
+         fmt::format(
+             "struct Model : EverySample {{\n  static constexpr std::uint16_t kNotDue[kNr] = {{{}}};  // samples for "
+             "which a reading is not due\n}};\n",
+             fmt::join(not_due(s.model), ", ")) +
+         observer;
 }
 
 std::string model_constant(const Source& s) {

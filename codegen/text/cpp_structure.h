@@ -29,7 +29,9 @@ class CppStructure {
   virtual std::string description() const = 0;  ///< lines of comment
   virtual std::string header() const = 0;       ///< "kkl_observer.h"
   virtual std::vector<CppNetwork> networks() const = 0;
-  virtual std::string types() const = 0;            ///< Model and Observer
+  virtual std::string declarations() const { return ""; }  ///< declarations that the model's type needs
+  virtual std::string model_type() const = 0;       ///< "KklModel<float, 2, 1, 5>;  // n_x, n_y, n_z" and a new line
+  virtual std::string observer() const = 0;         ///< "KklObserver"
   virtual std::string leading_fields() const = 0;   ///< fields of kModel between stale_after and outputs
   virtual std::string trailing_fields() const = 0;  ///< fields of kModel behind domain
 
