@@ -5,6 +5,77 @@
 //   load_fmu LIBRARY modelDescription.xml
 #include "tests/fmi/importer.h"
 
+// Messages to the importer.
+static int told[5];
+static char last_message[256], last_category[64];
+static void note(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {
+  EXPECT(environment == told);
+  ++told[status];
+  snprintf(last_message, sizeof last_message, "%s", message);
+  snprintf(last_category, sizeof last_category, "%s", category);
+}
+static int errors_told(void) {
+  const int errors = told[fmi3Error];
+  told[fmi3Error] = 0;
+  return errors;
+}
+// A wrong call is answered with an error, and tells one.
+#define REFUSED(call) EXPECT((call) == fmi3Error && errors_told() == 1)
+
+static char token[80];
+static fmi3ValueReference measured, input, estimate, status_reference, domain, latent, initial;
+
+static fmi3Instance instance_named(const char* name, const char* with_token, bool logging, bool event_mode) {
+  return F(fmi3InstantiateCoSimulation)(name, with_token, NULL, false, logging, event_mode, false, NULL, 0, told, note,
+                                        NULL);
+}
+static fmi3Instance begun(double start) {
+  fmi3Instance i = instance_named("observer", token, false, false);
+  EXPECT(i != NULL);
+  EXPECT(F(fmi3EnterInitializationMode)(i, false, 0, start, false, 0) == fmi3OK);
+  EXPECT(F(fmi3ExitInitializationMode)(i) == fmi3OK);
+  return i;
+}
+
+static fmi3Status do_step(fmi3Instance i, double* time, double step) {
+  fmi3Boolean event = true, terminate = true, early = true;
+  double last = -1;
+  const fmi3Status status = F(fmi3DoStep)(i, *time, step, true, &event, &terminate, &early, &last);
+  if (status <= fmi3Warning) {
+    EXPECT(!event && !terminate && !early && last == *time + step);
+    *time = last;
+  }
+  return status;
+}
+
+// A step of both over sample `k`, or with its readings halved; and all that can be read is the same.
+static void step_both(fmi3Instance i, double* time, Pair* pair, int k, bool halved) {
+  const PairStep want = step_pair(pair, k, halved);
+  fmi3ValueReference references[kNy + kNu];
+  for (int j = 0; j < kNy + kNu; ++j) references[j] = j < kNy ? measured + (unsigned)j : input + (unsigned)(j - kNy);
+  EXPECT(F(fmi3SetFloat64)(i, references, kNy + kNu, want.given, kNy + kNu) == fmi3OK);
+  EXPECT(do_step(i, time, want.period) == (want.is_ok ? fmi3OK : fmi3Warning));
+#ifdef NLO_MONITORED
+  const fmi3ValueReference alarm_reference = reference_of("alarm\"");
+  fmi3Int64 alarm;
+  EXPECT(F(fmi3GetInt64)(i, &alarm_reference, 1, &alarm, 1) == fmi3OK && alarm == want.alarm);
+#endif
+
+  double got[kNx + kNz];
+  fmi3ValueReference wanted[kNx + 1];
+  for (int n = 0; n < kNx; ++n) wanted[n] = estimate + (unsigned)n;
+  wanted[kNx] = latent;
+  EXPECT(F(fmi3GetFloat64)(i, wanted, kNx + 1, got, kNx + kNz) == fmi3OK);
+  for (int n = 0; n < kNx + kNz; ++n) {
+    const double number = (double)(n < kNx ? want.x_hat[n] : pair->observer.z[n - kNx]);
+    EXPECT(memcmp(&got[n], &number, sizeof number) == 0);
+  }
+  fmi3Int64 status;
+  fmi3Boolean inside;
+  EXPECT(F(fmi3GetInt64)(i, &status_reference, 1, &status, 1) == fmi3OK && status == (int)want.status);
+  EXPECT(F(fmi3GetBoolean)(i, &domain, 1, &inside, 1) == fmi3OK && inside == NAMED(in_domain)(&pair->observer));
+}
+
 static void replays_and_disturbs_no_other(void) {
   double time = 3, other_time = 0;
   fmi3Instance one = begun(time), other = begun(other_time);
@@ -274,12 +345,7 @@ static void refuses_what_an_observer_has_no_use_for(void) {
 }
 
 int main(int argc, char** argv) {
-  EXPECT(argc == 3);
-  FILE* file = fopen(argv[2], "r");
-  EXPECT(file != NULL && fread(description, 1, sizeof description - 1, file) > 0);
-  fclose(file);
-  library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
-  if (library == NULL) printf("FAILED  %s\n", dlerror()), exit(1);
+  open_library(argc, argv);
   attribute("<fmiModelDescription", "instantiationToken", token, sizeof token);
   measured = reference_of("measured.");
   if (kNu > 0) input = reference_of("input.");

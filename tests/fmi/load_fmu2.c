@@ -2,44 +2,9 @@
 // An importer of FMI 2.0 for one FMU. It loads the library, knows no more than modelDescription.xml says, and compares
 // every estimate with the C99 pair, bit for bit. Compiled as load_fmu.c is.
 //   load_fmu2 LIBRARY modelDescription.xml
-#include <dlfcn.h>
-#include <math.h>
+#include "tests/fmi/importer.h"
+
 #include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#define NAMED(word) JOIN(NLO_NAME, _##word)
-typedef NLO_SCALAR Scalar;
-enum {
-  kNx = NAMED(NX),
-  kNy = NAMED(NY),
-  kNz = NAMED(NZ),
-  kSamples = sizeof(NAMED(replay_samples)) / sizeof(NAMED(replay_samples)[0])
-};
-#ifdef NLO_DRIVEN
-enum { kNu = NAMED(NU) };
-#else
-enum { kNu = 0 };
-#endif
-
-#define EXPECT(condition)                                    \
-  do {                                                       \
-    if (!(condition)) {                                      \
-      printf("FAILED  line %d: %s\n", __LINE__, #condition); \
-      exit(1);                                               \
-    }                                                        \
-  } while (0)
-
-static void* library;
-#define F(name) ((__typeof__(&name))symbol(#name))
-static void* symbol(const char* name) {
-  void* found = dlsym(library, name);
-  if (found == NULL) printf("FAILED  the library has no %s\n", name), exit(1);
-  return found;
-}
 
 static int told[6];
 static char last_message[400];
@@ -60,19 +25,7 @@ static int is_refused(fmi2Status answer, const char* function) {
   return answer == fmi2Error && errors == 1 && strncmp(last_message, function, strlen(function)) == 0;
 }
 
-static char description[1 << 20], guid[80];
-static void attribute(const char* before, const char* name, char* value, size_t size) {
-  const char* at = strstr(description, before);
-  EXPECT(at != NULL && (at = strstr(at, name)) != NULL);
-  at += strlen(name) + 2;
-  snprintf(value, size, "%.*s", (int)(strchr(at, '"') - at), at);
-}
-static fmi2ValueReference reference_of(const char* name) {
-  char start[80], value[80];
-  snprintf(start, sizeof start, "name=\"%s", name);
-  attribute(start, "valueReference", value, sizeof value);
-  return (fmi2ValueReference)atoi(value);
-}
+static char guid[80];
 
 static fmi2Component begun(double start) {
   fmi2Component c = F(fmi2Instantiate)("observer", fmi2CoSimulation, guid, NULL, &kCallbacks, 0, 0);
@@ -81,67 +34,25 @@ static fmi2Component begun(double start) {
   return c;
 }
 
-typedef struct {
-  NAMED(observer) observer;
-#ifdef NLO_MONITORED
-  NAMED(monitor) monitor;
-#endif
-} Pair;
-static void begin(Pair* pair) {
-  NAMED(init)(&pair->observer);
-#ifdef NLO_MONITORED
-  NAMED(monitor_reset)(&pair->monitor);
-#endif
-}
-
 // Steps both over sample `k`, or with its readings halved, and compares all variables.
-static void step_both(fmi2Component c, double* time, Pair* pair, int k, int halved) {
-  const NAMED(replay_sample) sample = NAMED(replay_samples)[k];
-  Scalar y[kNy], u[kNu + 1] = {0};
-  double given[kNy + kNu], period;
+static void step_both(fmi2Component c, double* time, Pair* pair, int k, bool halved) {
+  const PairStep want = step_pair(pair, k, halved);
   fmi2ValueReference references[kNy + kNu];
-  for (int j = 0; j < kNy; ++j) {
-    given[j] = (double)(y[j] = halved ? sample.y[j] / 2 : sample.y[j]);
-    references[j] = reference_of("measured.") + (unsigned)j;
-  }
-#ifdef NLO_DRIVEN
-  for (int j = 0; j < kNu; ++j) {
-    given[kNy + j] = (double)(u[j] = halved ? -sample.u[j] : sample.u[j]);
-    references[kNy + j] = reference_of("input.") + (unsigned)j;
-  }
-#define AND_U , u
-#else
-#define AND_U
-  (void)u;
-#endif
-  char text[40];
-  attribute("<DefaultExperiment", "stepSize", text, sizeof text);
-  const int regular = !(sample.dt_s > 0);
-  period = regular ? atof(text) : (double)sample.dt_s;
-  EXPECT(F(fmi2SetReal)(c, references, kNy + kNu, given) == fmi2OK);
-  const fmi2Status answer = F(fmi2DoStep)(c, *time, period, 1);
-  *time += period;
-#ifdef NLO_MONITORED
-  NAMED(usable_outputs_dt)(&pair->monitor, &pair->observer, y, regular ? 0 : sample.dt_s, y);
-#endif
-  const NAMED(status) want =
-      regular ? NAMED(step)(&pair->observer, y AND_U) : NAMED(step_dt)(&pair->observer, y AND_U, sample.dt_s);
-  Scalar x_hat[kNx];
-  NAMED(estimate)(&pair->observer, x_hat);
-  int well = want == NAMED(OK);
+  for (int j = 0; j < kNy; ++j) references[j] = reference_of("measured.") + (unsigned)j;
+  for (int j = 0; j < kNu; ++j) references[kNy + j] = reference_of("input.") + (unsigned)j;
+  EXPECT(F(fmi2SetReal)(c, references, kNy + kNu, want.given) == fmi2OK);
+  EXPECT(F(fmi2DoStep)(c, *time, want.period, 1) == (want.is_ok ? fmi2OK : fmi2Warning));
+  *time += want.period;
 #ifdef NLO_MONITORED
   const fmi2ValueReference alarm_reference = reference_of("alarm\"");
   fmi2Integer alarm = -1;
-  const int wanted_alarm = (int)NAMED(watch)(&pair->monitor, &pair->observer, x_hat);
-  EXPECT(F(fmi2GetInteger)(c, &alarm_reference, 1, &alarm) == fmi2OK && alarm == wanted_alarm);
-  well = well && wanted_alarm == (int)NAMED(NO_ALARM);
+  EXPECT(F(fmi2GetInteger)(c, &alarm_reference, 1, &alarm) == fmi2OK && alarm == want.alarm);
 #endif
-  EXPECT(answer == (well ? fmi2OK : fmi2Warning));
   double last_time = -1;
   EXPECT(F(fmi2GetRealStatus)(c, fmi2LastSuccessfulTime, &last_time) == fmi2OK && last_time == *time);
 
   for (int n = 0; n < kNx + kNz; ++n) {
-    const double number = (double)(n < kNx ? x_hat[n] : pair->observer.z[n - kNx]);
+    const double number = (double)(n < kNx ? want.x_hat[n] : pair->observer.z[n - kNx]);
     const fmi2ValueReference r =
         n < kNx ? reference_of("estimate.") + (unsigned)n : reference_of("z[1]") + (unsigned)(n - kNx);
     double got = 0;
@@ -150,7 +61,7 @@ static void step_both(fmi2Component c, double* time, Pair* pair, int k, int halv
   const fmi2ValueReference status_reference = reference_of("status\""), domain = reference_of("in_domain\"");
   fmi2Integer status = -1;
   fmi2Boolean inside = -1;
-  EXPECT(F(fmi2GetInteger)(c, &status_reference, 1, &status) == fmi2OK && status == (int)want);
+  EXPECT(F(fmi2GetInteger)(c, &status_reference, 1, &status) == fmi2OK && status == (int)want.status);
   EXPECT(F(fmi2GetBoolean)(c, &domain, 1, &inside) == fmi2OK && inside == NAMED(in_domain)(&pair->observer));
 }
 
@@ -271,12 +182,7 @@ static void refuses_wrong_calls(void) {
 }
 
 int main(int argc, char** argv) {
-  EXPECT(argc == 3);
-  FILE* file = fopen(argv[2], "r");
-  EXPECT(file != NULL && fread(description, 1, sizeof description - 1, file) > 0);
-  fclose(file);
-  library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
-  if (library == NULL) printf("FAILED  %s\n", dlerror()), exit(1);
+  open_library(argc, argv);
   attribute("<fmiModelDescription", "guid", guid, sizeof guid);
   EXPECT(strcmp(F(fmi2GetVersion)(), "2.0") == 0 && strcmp(F(fmi2GetTypesPlatform)(), "default") == 0);
   replays_and_disturbs_no_other();

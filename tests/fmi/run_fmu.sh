@@ -66,7 +66,7 @@ for entry in "${entries[@]}"; do
   CC=$cc "$export_model" "$name" fmu2 "$scalar" "$name" "$work/$name.fmu2"
   unzip -q "$work/$name.fmu2" -d "$fmu2"
   valid "$fmu2/modelDescription.xml" fmi2ModelDescription.xsd || fail "modelDescription.xml of $name by FMI 2.0"
-  "$cc" -std=gnu11 -O1 -g -Wall -Wextra -Werror "${sanitizers[@]}" -I"$fmu2/sources" -DNLO_NAME="$name" \
+  "$cc" -std=gnu11 -O1 -g -Wall -Wextra -Werror "${sanitizers[@]}" -I"$source" -I"$fmu2/sources" -DNLO_NAME="$name" \
     -DNLO_SCALAR="${scalar/int16/float}" "${driven[@]}" -include "$fmu2/sources/$name.h" \
     -include "$work/${name}_replay.h" -include "${name}_fmi2.h" "$tests/load_fmu2.c" "$fmu2/sources/$name.c" -ldl -lm -o "$work/load2_$name"
   built "$fmu2" "$work/$name.so"
