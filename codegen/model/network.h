@@ -9,6 +9,9 @@
 
 namespace nlo::codegen {
 
+/// Shortest period of a slow output [sample periods]; below it a late sample is jitter.
+inline constexpr double kShortestOutputPeriod = 1.5;
+
 /// One measured output, estimated state or known input.
 struct Channel {
   std::string name;             ///< an identifier

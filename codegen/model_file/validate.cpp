@@ -99,7 +99,7 @@ void check_periods(const Model& m) {
       if ((*channels)[i].period_s != 0.0)
         fail("{}[{}].period_s is {}; only an output has a period of its own: leave it out", field, i,
              (*channels)[i].period_s);
-  constexpr double kShortest = 1.5, kLongest = 5000.0;  // sample periods; the runtime counts to 16,383
+  constexpr double kLongest = 5000.0;  // sample periods; the runtime counts to 16,383
   for (std::size_t j = 0; j < m.outputs.size(); ++j) {
     const double period_s = m.outputs[j].period_s;
     if (period_s == 0.0) continue;
@@ -108,9 +108,9 @@ void check_periods(const Model& m) {
           "outputs[{}].period_s is {} and its expression \"{}\"; a computed output has the period of its parts: leave "
           "period_s out",
           j, period_s, m.outputs[j].expression);
-    if (!(period_s >= kShortest * m.sample_period_s && period_s <= kLongest * m.sample_period_s))
+    if (!(period_s >= kShortestOutputPeriod * m.sample_period_s && period_s <= kLongest * m.sample_period_s))
       fail("outputs[{}].period_s is {}; it must be from {:g} to {:g} sample periods of {} s, or be left out", j,
-           period_s, kShortest, kLongest, m.sample_period_s);
+           period_s, kShortestOutputPeriod, kLongest, m.sample_period_s);
     if (std::find(m.failures.outputs.begin(), m.failures.outputs.end(), static_cast<int>(j)) !=
         m.failures.outputs.end())
       fail(

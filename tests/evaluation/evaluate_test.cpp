@@ -13,6 +13,7 @@
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/evaluation/van_der_pol_set.h"
+#include "tests/support/row_of.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/judge/evaluation/closed_loop.h"
 #include "trainer/judge/evaluation/evaluation_text.h"

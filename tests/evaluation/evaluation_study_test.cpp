@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/row_of.h"
 #include "trainer/judge/evaluation/evaluation_text.h"
 #include "trainer/judge/evaluation/text.h"
 

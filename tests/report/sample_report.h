@@ -8,6 +8,7 @@
 
 #include "tests/compare/plants.h"
 #include "tests/evaluation/van_der_pol_set.h"
+#include "tests/support/row_of.h"
 #include "trainer/app/report/report.h"
 #include "trainer/judge/compare/table_filter.h"
 #include "trainer/judge/evaluation/examples.h"

@@ -10,7 +10,8 @@ namespace nlo::trainer {
 
 /// The value at the share `q` of the way from the smallest to the largest, 0 <= q <= 1, to the nearest rank; q = 0.5 is
 /// the median. `values` is not empty.
-inline double value_at_rank(std::vector<double> values, double q) {
+template <class T>
+T value_at_rank(std::vector<T> values, double q) {
   const auto at = values.begin() + std::lround(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;

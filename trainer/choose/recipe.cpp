@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -41,20 +42,18 @@ bool starts_evenly(const Experiment& e) {
 constexpr double kSamplesOfPlants = 6e5;  ///< sum over all trajectories
 constexpr int kMostFeatures = 40;         ///< rows of z of all channels
 
-/// Median length of a run [s].
-double run_length_s(const Dataset& data) {
+std::vector<double> run_lengths_s(const Dataset& data) {
   std::vector<double> lengths;
   for (const Trajectory& run : data.trajectories) lengths.push_back(run.time_s(run.samples() - 1) - run.time_s(0));
-  return value_at_rank(std::move(lengths), 0.5);
+  return lengths;
 }
 
 /// The longest time constant of a derived mode [s]: a run is at least as long, and all runs together five times. One
 /// log shows a slower mode too few times to fit what belongs to it. Many short runs show it at each start.
-double longest_time_constant_s(const Dataset& data) {
+double longest_time_constant_s(const std::vector<double>& run_lengths) {
   constexpr double kTimesInAll = 5.0;
-  double all = 0.0;
-  for (const Trajectory& run : data.trajectories) all += run.time_s(run.samples() - 1) - run.time_s(0);
-  return std::min(run_length_s(data), all / kTimesInAll);
+  const double all = std::accumulate(run_lengths.begin(), run_lengths.end(), 0.0);
+  return std::min(value_at_rank(run_lengths, 0.5), all / kTimesInAll);
 }
 
 /// How an observer of a bank reads and starts.
@@ -82,7 +81,7 @@ class Deriver {
         data_(training),
         validation_(validation),
         period_s_(training.sample_period_s),
-        length_s_(run_length_s(training)) {
+        length_s_(value_at_rank(run_lengths_s(training), 0.5)) {
     set("observer.output_injection", base_.observer.output_injection, Injection::kUnitGain);
     if (base_.log) set("observer.learn_eigenvalues", base_.observer.learn_eigenvalues, false);
     set("inverse_map.linear_path", base_.inverse_map.linear_path, true);
@@ -186,7 +185,7 @@ class Deriver {
     constexpr std::size_t kFinalists = 4;
     ReadoutProbe probe(base_, data_);
     const int readings_count = static_cast<int>(data_.readings().size());
-    const double longest_s = longest_time_constant_s(data_);
+    const double longest_s = longest_time_constant_s(run_lengths_s(data_));
     const auto too_slow = [&](const ModeBank& bank) { return bank.slowest() * longest_s < 1.0; };
     std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, kMostFeatures / std::max(1, readings_count));
     std::erase_if(banks, too_slow);

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "codegen/base/error.h"
+#include "trainer/base/trimmed.h"
 
 namespace nlo::trainer {
 namespace {
@@ -117,17 +118,13 @@ std::string first_line(std::string message) {
   return message;
 }
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  return first == std::string_view::npos ? "" : text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
-}
+constexpr std::string_view kWhiteSpace = " \t\r\n";
 
 /// Line `number` of `text`, from 1, without its comment.
 std::string_view line_of(std::string_view text, std::size_t number) {
   for (; number > 1 && text.find('\n') != std::string_view::npos; --number) text.remove_prefix(text.find('\n') + 1);
   text = text.substr(0, text.find('\n'));
-  return trimmed(text.substr(0, text.find('#')));
+  return trimmed(text.substr(0, text.find('#')), kWhiteSpace);
 }
 
 bool is_bare_word(std::string_view text) {
@@ -141,11 +138,13 @@ bool is_bare_word(std::string_view text) {
 
 /// Says how to write the line that toml11 refuses with `message`.
 std::string with_remedy(const std::string& message, std::string_view line) {
-  const std::size_t start = line.find_first_not_of("[ "), length = line.find_first_of(" ]", start) - start;
-  const std::string_view name = start < line.size() ? line.substr(start, length) : "";
-  if (line.starts_with('[') && is_bare_word(name)) {
-    const std::string heading = fmt::format(fmt::runtime(line.starts_with("[[") ? "[[{}]]" : "[{}]"), name);
-    if (line != heading) return fmt::format("\"{}\" does not open a section: write {}", line, heading);
+  if (line.starts_with('[')) {
+    const bool is_list = line.starts_with("[[");
+    const std::string_view inside = trimmed(line.substr(is_list ? 2 : 1)),
+                           name = inside.substr(0, inside.find_first_of(" ]"));
+    const std::string heading = is_list ? fmt::format("[[{}]]", name) : fmt::format("[{}]", name);
+    if (is_bare_word(name) && line != heading)
+      return fmt::format("\"{}\" does not open a section: write {}", line, heading);
   }
   if (is_bare_word(line)) return fmt::format("\"{}\" has no value: write {} = VALUE, or [{}]", line, line, line);
   return line.empty() ? message : fmt::format("{}: {}", message, line);
@@ -158,8 +157,9 @@ Toml parse_toml(std::string_view text, const std::string& filename) {
     throw codegen::Error(
         fmt::format("{}: {} bytes is too big for an experiment; the limit is 1 MB", filename, text.size()));
   Guard(text, filename).check();
-  if (trimmed(text).empty()) return Toml(Toml::table_type{});
-  if (trimmed(text).front() == '{')
+  const std::string_view content = trimmed(text, kWhiteSpace);
+  if (content.empty()) return Toml(Toml::table_type{});
+  if (content.front() == '{')
     fail(filename, 1,
          "this is JSON, such as a model.json; an experiment is a TOML file. nlo evaluate and nlo export read models");
   std::istringstream stream{std::string(text)};

@@ -12,19 +12,9 @@
 #include <vector>
 
 #include "codegen/base/error.h"
+#include "trainer/base/trimmed.h"
 
 namespace nlo::trainer {
-
-inline bool is_blank(char c) {
-  return c == ' ' || c == '\t';
-}
-
-/// Without blanks at its ends.
-inline std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 inline std::string in_words(char separator) {
   switch (separator) {

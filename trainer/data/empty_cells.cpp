@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "trainer/base/quantile.h"
 #include "trainer/data/zero_phase_filter.h"
 
 namespace nlo::trainer {
@@ -32,6 +33,7 @@ void draw_lines(const std::vector<Index>& rows, const VectorXd& time_s, VectorXd
 }
 
 Index regular_spacing(const std::vector<Index>& empty, Index rows) {
+  if (empty.empty()) return 0;
   constexpr std::size_t kFewest = 4;  // values
   constexpr double kNear = 0.25, kShare = 0.9;
   std::vector<Index> spacings;
@@ -45,14 +47,12 @@ Index regular_spacing(const std::vector<Index>& empty, Index rows) {
     last = row;
   }
   if (spacings.size() + 1 < kFewest) return 0;
-  std::vector<Index> sorted = spacings;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const Index usual = *middle;
+  const Index usual = value_at_rank(spacings, 0.5);
   if (usual < 2) return 0;
+  const auto all = static_cast<double>(spacings.size());
   const Index off = std::max<Index>(1, static_cast<Index>(kNear * static_cast<double>(usual)));
   std::erase_if(spacings, [&](Index each) { return std::abs(each - usual) > off; });
-  const auto near = static_cast<double>(spacings.size()), all = static_cast<double>(sorted.size());
+  const auto near = static_cast<double>(spacings.size());
   if (near < kShare * all) return 0;
   const Index rows_in_all = std::accumulate(spacings.begin(), spacings.end(), Index{0});
   return static_cast<Index>(std::round(static_cast<double>(rows_in_all) / near));
@@ -96,9 +96,11 @@ void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs
         count_lost(log, rows, count);
         if (!count.state && !count.input) continue;
       }
-      const double steps = static_cast<double>(log.time_s.size() - 1);
-      const double spacing = static_cast<double>(regular_spacing(rows, log.time_s.size()));
-      count.regular_s = steps > 0.0 ? spacing * log.time_s[log.time_s.size() - 1] / steps : 0.0;
+      if (count.output && count.period_s == 0.0) {
+        const double steps = static_cast<double>(log.time_s.size() - 1);
+        const double spacing = static_cast<double>(regular_spacing(rows, log.time_s.size()));
+        count.regular_s = steps > 0.0 ? spacing * log.time_s[log.time_s.size() - 1] / steps : 0.0;
+      }
       count.empty += static_cast<Index>(rows.size());
       const double share = static_cast<double>(rows.size()) / static_cast<double>(log.time_s.size());
       if (share > count.worst_share) count.worst_share = share, count.worst = log.name;

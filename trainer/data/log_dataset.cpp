@@ -95,9 +95,8 @@ LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
 
 /// Throws Error where an output is said to be slow and is not.
 void check_periods(const LogSchema& schema, double sample_period_s) {
-  constexpr double kLeast = 1.5;  // sample periods, as codegen/model_file/validate.cpp
   for (const LogColumn& output : schema.outputs)
-    if (output.period_s > 0.0 && output.period_s < kLeast * sample_period_s)
+    if (output.period_s > 0.0 && output.period_s < codegen::kShortestOutputPeriod * sample_period_s)
       throw Error(fmt::format(
           "[[log.columns]] \"{}\": period_s = {} is not longer than the sample period, {:.6g} s: remove it, "
           "or give the seconds between two values of this sensor",

@@ -30,7 +30,7 @@ std::vector<int> colours(const Study& study) {
     const auto found = std::find(families.begin(), families.end(), name);
     const auto number = static_cast<std::size_t>(found - families.begin());
     if (found == families.end()) families.push_back(name);
-    result.push_back(column.name == "particle" ? kOrder[kMost - 1] : kOrder[std::min(number, kMost - 1)]);
+    result.push_back(column.name == kParticle ? kOrder[kMost - 1] : kOrder[std::min(number, kMost - 1)]);
   }
   return result;
 }
@@ -64,10 +64,10 @@ Figure ratios(const Study& study, std::size_t reference) {
     }
     if (!(ratio.array() == ratio.array()).any()) continue;
     const StudyEstimator& column = study.estimators[c];
-    const Style mark = column.is_observer          ? Style::kDiamonds
-                       : column.name == "particle" ? Style::kCrosses
-                       : column.is_tuned()         ? Style::kPoints
-                                                   : Style::kRings;
+    const Style mark = column.is_observer         ? Style::kDiamonds
+                       : column.name == kParticle ? Style::kCrosses
+                       : column.is_tuned()        ? Style::kPoints
+                                                  : Style::kRings;
     (column.is_observer ? observers : panel.series)
         .push_back({column_title(column),
                     mark,
@@ -120,7 +120,7 @@ std::string compare_page(const Study& study, const std::string& gnuplot) {
   page.heading("Errors");
   if (const std::size_t reference = reference_column(study); reference > 0) page.figure(ratios(study, reference));
   page.text(html_table(narrow(error_table(study))));
-  const bool floor = std::ranges::any_of(study.estimators, [](const auto& c) { return c.name == "particle"; });
+  const bool floor = std::ranges::any_of(study.estimators, [](const auto& c) { return c.name == kParticle; });
   page.text(fmt::format("<p class=\"soft\">A star marks the least error of a row{}.</p>\n",
                         floor ? ", but for the particle filter, a floor that knows the condition" : ""));
   std::string list;

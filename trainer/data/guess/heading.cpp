@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "codegen/base/identifier.h"
+#include "trainer/base/trimmed.h"
 
 namespace nlo::trainer {
 namespace {
@@ -68,6 +69,8 @@ constexpr auto kSuffixes = std::to_array<Unit>({
     {"_s", "s"},
 });
 
+constexpr std::string_view kWhiteSpace = " \t\n\v\f\r";
+
 constexpr auto kDoubtful =
     std::to_array<Unit>({{"_a", "A"}, {"_g", "g"}, {"_n", "N"}, {"_v", "V"}, {"_w", "W"}, {"_k", "K"}, {"_l", "l"}});
 
@@ -75,13 +78,6 @@ std::string lower(std::string_view text) {
   std::string result(text);
   std::ranges::transform(result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return result;
-}
-
-std::string trimmed(std::string text) {
-  const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
-  while (!text.empty() && blank(static_cast<unsigned char>(text.back()))) text.pop_back();
-  text.erase(text.begin(), std::ranges::find_if_not(text, blank));
-  return text;
 }
 
 /// "°C" and the like as they are written here.
@@ -114,10 +110,11 @@ bool take_brackets(std::string& heading, std::string& unit) {
   for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
     const auto from = heading.rfind(open);
     if (heading.empty() || heading.back() != close || from == std::string::npos || from == 0) continue;
-    const std::string within = trimmed(heading.substr(from + 1, heading.size() - from - 2));
+    const std::string within(
+        trimmed(std::string_view(heading).substr(from + 1, heading.size() - from - 2), kWhiteSpace));
     if (heading.front() == '/' || within.find_first_not_of("0123456789") == std::string::npos) return false;
     unit = written(within);
-    heading = trimmed(heading.substr(0, from));
+    heading = std::string(trimmed(std::string_view(heading).substr(0, from), kWhiteSpace));
     return true;
   }
   return false;
@@ -141,7 +138,7 @@ void take_suffix(std::string& heading, std::string& unit, const std::vector<std:
 
 Heading read_heading(const std::string& heading, const std::vector<std::string>& all) {
   Heading result;
-  std::string rest = trimmed(heading);
+  std::string rest(trimmed(heading, kWhiteSpace));
   if (!take_brackets(rest, result.unit)) take_suffix(rest, result.unit, all);
   std::string word;
   const auto end_word = [&] {

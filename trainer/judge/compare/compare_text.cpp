@@ -29,20 +29,6 @@ bool is_normalised(const Study& study) {
   return study.cell(0, 0).first().metrics.normalised;
 }
 
-/// The run with the largest norm.
-struct WorstRun {
-  double norm = 0.0;
-  std::size_t set = 0, run = 0;
-};
-
-WorstRun worst_run(const StudyCell& cell) {
-  WorstRun worst;
-  const std::vector<Evaluation>& sets = cell.evaluations.front();
-  for (std::size_t s = 0; s < sets.size(); ++s)
-    if (sets[s].worst > worst.norm) worst = {sets[s].worst, s, sets[s].worst_run};
-  return worst;
-}
-
 using CellText = std::function<std::string(const StudyCell&)>;
 
 Table by_condition(const Study& study, const CellText& text) {
@@ -60,7 +46,7 @@ std::size_t best_column(const Study& study, std::size_t condition) {
   std::size_t best = 0;
   for (std::size_t c = 1; c < study.estimators.size(); ++c) {
     const StudyCell& cell = study.cell(condition, c);
-    if (study.estimators[c].name == "particle" || !cell.missing.empty()) continue;
+    if (study.estimators[c].name == kParticle || !cell.missing.empty()) continue;
     if (norm_of(cell).mean < norm_of(study.cell(condition, best)).mean) best = c;
   }
   return best;

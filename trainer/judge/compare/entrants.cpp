@@ -99,7 +99,8 @@ std::vector<Entrant> compared_entrants(const std::vector<NamedModel>& models, co
   }
   for (const std::string& name : simple_names())
     if (wants(name)) add_simple(name, models, entrants);
-  if (wants(kParticle)) entrants.push_back({Kind::kFloor, floor_column(context, plant, test.particles), "particle"});
+  if (wants(kParticle))
+    entrants.push_back({Kind::kFloor, floor_column(context, plant, test.particles), std::string(kParticle)});
   return entrants;
 }
 

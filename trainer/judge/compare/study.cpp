@@ -304,22 +304,16 @@ class UnderCondition {
 
 /// Keeps the run on which the first observer has its largest error. The runs of that condition are made again.
 void keep_worst_run(const Plan& plan, Study& study) {
-  std::size_t worst_set = 0;
-  double worst = -1.0;
-  for (std::size_t i = 0; i < study.rows.size(); ++i) {
-    const std::vector<Evaluation>& sets = study.rows[i].observer().evaluations.front();
-    for (std::size_t s = 0; s < sets.size(); ++s)
-      if (sets[s].worst > worst) {
-        worst = sets[s].worst;
-        worst_set = s;
-        study.worst_row = i;
-      }
-  }
+  WorstRun worst;
+  for (std::size_t i = 0; i < study.rows.size(); ++i)
+    if (const WorstRun own = worst_run(study.rows[i].observer()); own.norm > worst.norm) {
+      worst = own;
+      study.worst_row = i;
+    }
   const StudyTest& test = study.test;
   const ComparedRuns runs = compared_runs(plan.known, test.conditions[study.worst_row], SeedStream::kTest, test.seed,
                                           test.test_sets, test.trajectories);
-  const std::size_t run = worst_set * static_cast<std::size_t>(test.trajectories) +
-                          study.rows[study.worst_row].observer().evaluations.front()[worst_set].worst_run;
+  const std::size_t run = worst.set * static_cast<std::size_t>(test.trajectories) + worst.run;
   const Trajectory& truth = runs.set.trajectories[run];
   const codegen::Model& model = plan.models.front().model;
   const Estimator observer = observer_estimator(model, has_uniform_steps(runs.set, model))();

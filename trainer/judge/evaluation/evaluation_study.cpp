@@ -10,12 +10,6 @@
 
 namespace nlo::trainer {
 
-StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluations) {
-  StudyRow row{{model}, {}};
-  for (const Evaluation& evaluation : evaluations) row.cells.push_back({{{evaluation}}});
-  return row;
-}
-
 std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity) {
   Eigen::MatrixXd values(static_cast<Eigen::Index>(cell.models()), static_cast<Eigen::Index>(cell.test_sets()));
   for (Eigen::Index m = 0; m < values.rows(); ++m)
@@ -32,6 +26,14 @@ std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity)
 
 Spread norm_of(const StudyCell& cell) {
   return spread_of(cell, [](const ErrorMetrics& metrics) { return std::optional(metrics.norm); }).value();
+}
+
+WorstRun worst_run(const StudyCell& cell) {
+  WorstRun worst;
+  const std::vector<Evaluation>& sets = cell.evaluations.front();
+  for (std::size_t s = 0; s < sets.size(); ++s)
+    if (sets[s].worst > worst.norm) worst = {sets[s].worst, s, sets[s].worst_run};
+  return worst;
 }
 
 std::vector<std::string> study_notes(const StudyRow& row) {

@@ -38,9 +38,6 @@ struct StudyRow {
   const StudyCell& observer() const { return cells.front(); }
 };
 
-/// The row of one model on one test set.
-StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluations);
-
 /// A number of an evaluation; empty where it is not defined.
 using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 
@@ -50,6 +47,13 @@ std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity)
 
 /// The norm of the error, over all samples.
 Spread norm_of(const StudyCell& cell);
+
+/// The run of the first model with the largest norm.
+struct WorstRun {
+  double norm = 0.0;
+  std::size_t set = 0, run = 0;  ///< number of the test set, and of the run in it
+};
+WorstRun worst_run(const StudyCell& cell);
 
 /// Notes (comparison_notes) on the observer's mean errors in the settled window; needs the estimators "constant" and
 /// "ridge". Also the cost of each loop.
