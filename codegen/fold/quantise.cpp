@@ -154,18 +154,37 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
   return box;
 }
 
-QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std::vector<double>& largest) {
+namespace {
+
+/// The box of [in; products].
+InputBox box_with_products(const FoldedNetwork& n, InputBox box) {
+  box.min.conservativeResize(n.columns());
+  box.max.conservativeResize(n.columns());
+  for (std::size_t p = 0; p < n.products.size(); ++p) {
+    const auto [factor, clock] = n.products[p];
+    const auto [low, high] = std::minmax({box.min(factor) * box.min(clock), box.min(factor) * box.max(clock),
+                                          box.max(factor) * box.min(clock), box.max(factor) * box.max(clock)});
+    box.min(n.inputs() + static_cast<Eigen::Index>(p)) = low;
+    box.max(n.inputs() + static_cast<Eigen::Index>(p)) = high;
+  }
+  return box;
+}
+
+}  // namespace
+
+QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& inputs, const std::vector<double>& largest) {
+  const InputBox box = box_with_products(n, inputs);
   if (!activation_row(n.activation).has_int16() && n.layers.size() > 1)
     fail("int16 has tanh and relu, and this model's activation is {}; export with --scalar float, or train with tanh",
          activation_row(n.activation).name);
   QuantisedNetwork q{
-      n.layers.size() > 1 ? n.activation : Activation::kTanh, {}, {}, {}, {}, n.linear_path.cast<float>()};
-  q.centre.resize(n.inputs());
-  q.gain.resize(n.inputs());
+      n.layers.size() > 1 ? n.activation : Activation::kTanh, {}, {}, {}, {}, n.linear_path.cast<float>(), n.products};
+  q.centre.resize(n.columns());
+  q.gain.resize(n.columns());
 
   // The value of one unit of an integer, and the value that remains when all integers are zero.
-  Eigen::VectorXd per_unit(n.inputs()), offset(n.inputs());
-  for (Eigen::Index i = 0; i < n.inputs(); ++i) {
+  Eigen::VectorXd per_unit(n.columns()), offset(n.columns());
+  for (Eigen::Index i = 0; i < n.columns(); ++i) {
     scale_input(box.min(i), box.max(i), fmt::format("input {} of inverse_map", i), q.centre(i), q.gain(i));
     per_unit(i) = 1.0 / static_cast<double>(q.gain(i));
     offset(i) = static_cast<double>(q.centre(i));

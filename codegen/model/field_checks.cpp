@@ -71,6 +71,9 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   check_shape(n.feature_mean, nu, of("feature_mean"), "n_u, the rows of features");
   check_shape(n.feature_scale, nu, of("feature_scale"), "n_u, the rows of features");
   check_positive(n.feature_scale, of("feature_scale"));
+  if (!n.feature_clocks.empty() && static_cast<Eigen::Index>(n.feature_clocks.size()) != nu)
+    fail("{} has {} entries; it must have {} (the rows of features), or be left out", of("feature_clocks"),
+         n.feature_clocks.size(), nu);
   if (!activation_row(n.activation).is_trained())
     fail("{} is {}, which an export alone chooses; use {}", of("activation"), activation_row(n.activation).name,
          activations_in_words());
@@ -103,8 +106,8 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
 
 void check_sums(const Network& n, const Eigen::VectorXd& largest, const std::string& field) {
   const ActivationRow& activation = activation_row(n.activation);
-  const Eigen::VectorXd inputs =
-      (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
+  Eigen::VectorXd inputs = (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
+  multiply_by_clocks(inputs, largest, n.feature_clocks);
   Eigen::VectorXd reads = inputs;
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
     const bool last = l + 1 == n.layers.size();

@@ -4,6 +4,7 @@
 // contraction, so that a model gives the same bits on every machine. codegen/fold/fold.h makes it.
 #pragma once
 
+#include <compare>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,14 +17,33 @@
 
 namespace nlo::codegen {
 
-/// out = mlp(in) + linear_path in. The layers include normalisation and features.
+/// in(factor) in(clock): a column that a folded network reads behind its inputs.
+struct ClockProduct {
+  Eigen::Index factor, clock;
+  auto operator<=>(const ClockProduct&) const = default;
+};
+
+/// Returns [in; products] for one column of inputs.
+template <class Vector>
+Vector with_products(const std::vector<ClockProduct>& products, const Vector& in) {
+  Vector all(in.size() + static_cast<Eigen::Index>(products.size()));
+  all.head(in.size()) = in;
+  for (std::size_t p = 0; p < products.size(); ++p)
+    all(in.size() + static_cast<Eigen::Index>(p)) = in(products[p].factor) * in(products[p].clock);
+  return all;
+}
+
+/// out = mlp(in) + linear_path in. The layers include normalisation and features. Where there are products, the first
+/// layer and the linear path read [in; products].
 struct FoldedNetwork {
   std::string field;                          ///< its name in the model file
   Activation activation = Activation::kTanh;  ///< may be a coarser tanh, which an export has chosen
   std::vector<DenseLayer> layers;
-  Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (a network of one layer includes it)
+  Eigen::MatrixXd linear_path;  ///< n_out x columns(); 0 x 0: none (a network of one layer includes it)
+  std::vector<ClockProduct> products = {};
 
-  Eigen::Index inputs() const { return layers.front().weights.cols(); }
+  Eigen::Index columns() const { return layers.front().weights.cols(); }  ///< inputs and products
+  Eigen::Index inputs() const { return columns() - static_cast<Eigen::Index>(products.size()); }
 };
 
 struct FoldedModel {

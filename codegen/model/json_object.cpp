@@ -57,6 +57,9 @@ void JsonObject::network(const char* name, const Network& n) {
   object.matrix("features", n.features);
   object.vector("feature_mean", n.feature_mean);
   object.vector("feature_scale", n.feature_scale);
+  if (!n.feature_clocks.empty())
+    object.field("feature_clocks",
+                 fmt::format("[{}]", fmt::join(n.feature_clocks.begin(), n.feature_clocks.end(), ", ")));
   object.text("activation", activation_row(n.activation).name);
   std::string layers = "[";
   for (std::size_t i = 0; i < n.layers.size(); ++i)

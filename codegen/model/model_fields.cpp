@@ -42,16 +42,23 @@ Activation activation(const Field& field) {
 }  // namespace
 
 Network network(const Field& field) {
-  field.allow_only({"features", "feature_mean", "feature_scale", "activation", "layers", "skip", "output_mean",
-                    "output_scale", "largest_activations"});
+  field.allow_only({"features", "feature_mean", "feature_scale", "feature_clocks", "activation", "layers", "skip",
+                    "output_mean", "output_scale", "largest_activations"});
   std::vector<double> largest;
   if (field.has("largest_activations")) {
     const Eigen::VectorXd values = vector(field["largest_activations"]);
     largest.assign(values.begin(), values.end());
   }
+  std::vector<int> clocks;
+  if (field.has("feature_clocks")) {
+    const Field list = field["feature_clocks"];
+    for (std::size_t f = 0; f < list.array_size(); ++f)
+      clocks.push_back(number(list[f]) == -1.0 ? -1 : small_integer(list[f]));
+  }
   return {.features = matrix(field["features"]),
           .feature_mean = vector(field["feature_mean"]),
           .feature_scale = vector(field["feature_scale"]),
+          .feature_clocks = clocks,
           .activation = activation(field["activation"]),
           .layers = layers(field["layers"]),
           .skip = matrix(field["skip"]),

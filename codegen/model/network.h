@@ -28,11 +28,12 @@ struct DenseLayer {
 };
 
 /// A learned map with its normalisation:
-///   u   = (features in - feature_mean) / feature_scale
+///   u   = (features in - feature_mean) / feature_scale, times its clock where a feature has one
 ///   out = output_mean + output_scale * (mlp(u) + skip u)
 struct Network {
   Eigen::MatrixXd features;  ///< n_u x n_in
   Eigen::VectorXd feature_mean, feature_scale;
+  std::vector<int> feature_clocks = {};       ///< row of z that multiplies each, or -1; empty: none
   Activation activation = Activation::kTanh;  ///< after every layer but the last; one that can be trained
   std::vector<DenseLayer> layers;             ///< at least one; the last has n_out rows
   Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0 when there is none
@@ -42,5 +43,17 @@ struct Network {
   int inputs() const { return static_cast<int>(features.cols()); }
   int outputs() const { return static_cast<int>(output_mean.size()); }
 };
+
+/// The row of z that multiplies feature f, or -1.
+inline int clock_of(const Network& network, Eigen::Index f) {
+  return network.feature_clocks.empty() ? -1 : network.feature_clocks[static_cast<std::size_t>(f)];
+}
+
+/// Multiplies each row of u (n_u x B), which is linear in the features, by its clock: a row of z (n_z or more x B).
+template <class Features, class Latent>
+void multiply_by_clocks(Features& u, const Latent& z, const std::vector<int>& feature_clocks) {
+  for (std::size_t f = 0; f < feature_clocks.size(); ++f)
+    if (feature_clocks[f] >= 0) u.row(static_cast<Eigen::Index>(f)).array() *= z.row(feature_clocks[f]).array();
+}
 
 }  // namespace nlo::codegen

@@ -179,6 +179,13 @@ void check_sampling(const Model& m) {
   check_saturation(m);
 }
 
+void check_clocks(const Model& m) {
+  for (const Named<const Network>& n : networks(m))
+    if (!n.network->feature_clocks.empty() && !(n.field == "inverse_map" && module_of(m).multiplies_by_clocks()))
+      fail("{}.feature_clocks is of the inverse_map of structure {}; leave it out", n.field,
+           names_of_structures([](const StructureModule& s) { return s.multiplies_by_clocks(); }));
+}
+
 void check_error(const Model& m) {
   if (!m.error) return;
   const ErrorHead& head = *m.error;
@@ -243,6 +250,7 @@ void validate(const Model& m) {
   check_channels(m.outputs, "outputs");
   check_channels(m.states, "states");
   check_sampling(m);
+  check_clocks(m);
   module_of(m).check(m);
   check_monitor(m);
   check_error(m);

@@ -41,7 +41,8 @@ Eigen::Index padded_rows(Eigen::Index rows) {
 
 Eigen::Index packed_bytes(const QuantisedNetwork& n) {
   const auto numbers = [](Eigen::Index count) { return 4 * count; };  // float and int32
-  Eigen::Index bytes = numbers(n.centre.size() + n.gain.size() + n.scale.size() + n.linear_path.size());
+  Eigen::Index bytes = numbers(n.centre.size() + n.gain.size() + n.scale.size() + n.linear_path.size() +
+                               static_cast<Eigen::Index>(n.products.size()));  // two indices of 16 bits
   for (const QuantisedLayer& layer : n.layers) {
     const Eigen::Index pairs = (layer.weights.cols() + 1) / 2, rows = padded_rows(layer.weights.rows());
     bytes += numbers(pairs * rows + rows);  // a pair of weights, a bias
@@ -49,7 +50,8 @@ Eigen::Index packed_bytes(const QuantisedNetwork& n) {
   return bytes;
 }
 
-Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
+Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& inputs) {
+  const Eigen::VectorXf in = with_products(n.products, inputs);
   Integers a(in.size());
   for (Eigen::Index i = 0; i < in.size(); ++i) a(i) = kernels::int16::quantised(in(i)-n.centre(i), n.gain(i));
   for (std::size_t l = 0; l < n.layers.size(); ++l) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codegen/model/activations.h"
+#include "codegen/model/folded.h"
 
 namespace nlo::codegen {
 
@@ -19,15 +20,18 @@ struct QuantisedLayer {
   int shift = 1;  ///< 1 to 31; sum / 2^shift is as int16.h reads it. Not read in the last
 };
 
-/// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in
+/// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in. Where there are products with clocks,
+/// `in` stands for [in; products].
 struct QuantisedNetwork {
   Activation activation;         ///< kTanh (by table), kRelu or kSilu; after every layer but the last
-  Eigen::VectorXf centre, gain;  ///< n_in; gain is 32767 / half of the input's range
+  Eigen::VectorXf centre, gain;  ///< columns(); gain is 32767 / half of the input's range
   std::vector<QuantisedLayer> layers;
   Eigen::VectorXf scale;        ///< n_out; result per unit of the last sums
-  Eigen::MatrixXf linear_path;  ///< n_out x n_in; 0 x 0: none
+  Eigen::MatrixXf linear_path;  ///< n_out x columns(); 0 x 0: none
+  std::vector<ClockProduct> products = {};
 
-  Eigen::Index inputs() const { return centre.size(); }
+  Eigen::Index columns() const { return centre.size(); }  ///< inputs and products
+  Eigen::Index inputs() const { return columns() - static_cast<Eigen::Index>(products.size()); }
   Eigen::Index outputs() const { return scale.size(); }
 };
 

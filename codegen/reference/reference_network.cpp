@@ -11,6 +11,7 @@ ReferenceNetwork<Scalar>::ReferenceNetwork(const Network& network, Activations a
       exact_(activations == Activations::kExact),
       features_(network.features.cast<Scalar>()),
       skip_(network.skip.cast<Scalar>()),
+      feature_clocks_(network.feature_clocks),
       feature_mean_(network.feature_mean.cast<Scalar>()),
       feature_scale_(network.feature_scale.cast<Scalar>()),
       output_mean_(network.output_mean.cast<Scalar>()),
@@ -34,7 +35,15 @@ auto ReferenceNetwork<Scalar>::operator()(const Matrix& in) const -> Matrix {
 template <class Scalar>
 auto ReferenceNetwork<Scalar>::jvp(const Vector& in, const Matrix& directions) const -> Matrix {
   Matrix a = normalised(in);
-  const Matrix du = (features_ * directions).array().colwise() / feature_scale_.array();
+  Matrix du = (features_ * directions).array().colwise() / feature_scale_.array();
+  if (!feature_clocks_.empty()) {  // d(u c) = du c + u dc
+    const Vector u = (features_ * in - feature_mean_).array() / feature_scale_.array();
+    for (std::size_t f = 0; f < feature_clocks_.size(); ++f) {
+      if (feature_clocks_[f] < 0) continue;
+      const auto row = static_cast<Eigen::Index>(f);
+      du.row(row) = du.row(row) * in(feature_clocks_[f]) + u(row) * directions.row(feature_clocks_[f]);
+    }
+  }
   Matrix da = du;
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const Matrix v = layers_[l].weights * a + layers_[l].bias;
@@ -69,8 +78,10 @@ std::vector<double> ReferenceNetwork<Scalar>::largest_activations(const Matrix& 
 
 template <class Scalar>
 auto ReferenceNetwork<Scalar>::normalised(const Matrix& in) const -> Matrix {
-  const Matrix u = features_ * in;
-  return (u.colwise() - feature_mean_).array().colwise() / feature_scale_.array();
+  Matrix u = features_ * in;
+  u = ((u.colwise() - feature_mean_).array().colwise() / feature_scale_.array()).matrix();
+  multiply_by_clocks(u, in, feature_clocks_);
+  return u;
 }
 
 template <class Scalar>

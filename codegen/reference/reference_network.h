@@ -48,6 +48,7 @@ class ReferenceNetwork {
   bool exact_;
   std::vector<Layer> layers_;
   Matrix features_, skip_;
+  std::vector<int> feature_clocks_;
   Vector feature_mean_, feature_scale_, output_mean_, output_scale_;
 };
 

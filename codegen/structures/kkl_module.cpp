@@ -92,6 +92,7 @@ class KklModule final : public StructureModule {
   bool computes_outputs() const override { return true; }
   bool reads_stalenesses() const override { return true; }
   bool saturates() const override { return true; }
+  bool multiplies_by_clocks() const override { return true; }
 
   Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {

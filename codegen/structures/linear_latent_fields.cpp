@@ -37,6 +37,23 @@ std::vector<double> driven_rates(const LinearLatent& latent) {
   return rates;
 }
 
+/// A feature's clock is a latent state that no reading drives and that starts at 1.
+void check_feature_clocks(const Model& m) {
+  const LinearLatent& latent = *linear_latent(m);
+  const std::vector<int>& clocks = inverse_map(m)->feature_clocks;
+  for (std::size_t f = 0; f < clocks.size(); ++f) {
+    const int row = clocks[f];
+    if (row == -1) continue;
+    if (row < 2 * latent.pairs || row >= m.nz() || !latent.output_injection.row(row).isZero(0.0) ||
+        m.initial_latent(row) != 1.0)
+      fail(
+          "inverse_map.feature_clocks[{}] is {}; it must be -1 or a row of z that is a clock: a real eigenvalue, a "
+          "zero "
+          "row of output_injection and an initial_latent of 1",
+          f, row);
+  }
+}
+
 }  // namespace
 
 void read_linear_latent(const Field& file, LinearLatent& latent) {
@@ -131,6 +148,7 @@ Eigen::VectorXd largest_latent(const Model& m) {
 void check_latent_map(const Model& m) {
   check_network(*inverse_map(m), m.nz() + m.nr(), m.nx(), "inverse_map",
                 !m.inputs.empty() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
+  check_feature_clocks(m);
   const Eigen::VectorXd latent = largest_latent(m);  // the ranges as flown depend on the features, whose shape is known
   Eigen::VectorXd reads(m.nz() + m.nr());
   reads << latent, largest_readings(m);

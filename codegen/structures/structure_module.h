@@ -69,6 +69,8 @@ class StructureModule {
   virtual bool may_diverge() const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
+  /// Features of T* may be multiplied by clocks.
+  virtual bool multiplies_by_clocks() const { return false; }
   /// Bound of |z| for any measurements, n_z, if the equations imply one.
   virtual std::optional<Eigen::VectorXd> latent_limit(const Model&) const { return std::nullopt; }
   /// The contraction that the weights prove: Contraction::none() if they prove none, nothing if no proof is known.

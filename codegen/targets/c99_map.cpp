@@ -122,18 +122,37 @@ bool is_map(const FoldedNetwork& n) {
   return n.field == "inverse_map";
 }
 
+/// The products with clocks that T* reads behind its inputs: the row of each factor.
+std::string product_table(const FoldedNetwork& map) {
+  if (map.products.empty()) return "";
+  std::string rows;
+  for (const auto& [factor, clock] : map.products)
+    rows += fmt::format("{}{{{}, {}}}", rows.empty() ? "" : ", ", factor, clock);
+  return fmt::format(
+      "// T* reads in[a] in[b], too, where b is a clock exp(-t / tau): 1 at the start, 0 soon after.\n"
+      "static const IN_FLASH uint16_t kProducts[{}][2] = {{{}}};\n",
+      map.products.size(), rows);
+}
+
 /// The head of NAME_estimate, up to the point where `in` has the inputs of T*.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const FoldedNetwork* map = folded.inverse_map();
   const bool reads_output = map != nullptr && map->inputs() > m.nz();
+  const std::size_t products = map == nullptr ? 0 : map->products.size();
   const std::string readings = c99_readings_size(m);
   std::string head(m.saturates() ? embedded_text("c99/saturated.c.in") : "");
   head += fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name, init.scalar_name(),
                       m.nx());
-  if (!reads_output && !m.saturates()) return head + "  const Scalar* in = observer->z;\n";
-  head += reads_output ? fmt::format("  Scalar in[kNz + {}];\n", readings) : "  Scalar in[kNz];\n";
+  if (!reads_output && !m.saturates() && products == 0) return head + "  const Scalar* in = observer->z;\n";
+  const std::string own = reads_output ? fmt::format("kNz + {}", readings) : "kNz";
+  head += fmt::format("  Scalar in[{}{}];\n", own, products > 0 ? fmt::format(" + {}", products) : "");
   head += m.saturates() ? "  saturated(observer, in);\n" : "  copy(in, observer->z, kNz);\n";
-  return head + (reads_output ? fmt::format("  copy(in + kNz, observer->y, {});\n", readings) : "");
+  if (reads_output) head += fmt::format("  copy(in + kNz, observer->y, {});\n", readings);
+  if (products > 0)
+    head +=
+        fmt::format("  for (int i = 0; i < {}; ++i) {{ in[{} + i] = in[kProducts[i][0]] * in[kProducts[i][1]]; }}\n",
+                    products, own);
+  return head;
 }
 
 }  // namespace
@@ -225,15 +244,15 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   if (folded.inverse_map() == nullptr)  // z is the estimate
     return estimate_head(name, m, folded, init) + "  copy(x_hat, in, kNx);\n}\n";
   const NetworkText text = network_text("", *folded.inverse_map(), "x_hat", false, init);
-  return "// T*: one neuron per line.\n" + text.tables + "\n" + estimate_head(name, m, folded, init) + text.calls +
-         "}\n";
+  return "// T*: one neuron per line.\n" + text.tables + product_table(*folded.inverse_map()) + "\n" +
+         estimate_head(name, m, folded, init) + text.calls + "}\n";
 }
 
 std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
                           const QuantisedModel& quantised, const Initialiser& init) {
   const QuantisedNetwork& map = quantised.map;
   std::string text = "// T* in int16: one neuron per line.\n", body;
-  Eigen::Index widest = map.inputs(), most_sums = 0;
+  Eigen::Index widest = map.columns(), most_sums = 0;
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
     const QuantisedLayer& layer = map.layers[l];
     const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
@@ -244,7 +263,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
     if (!last) widest = std::max(widest, rows);
     most_sums = std::max(most_sums, rows);
   }
-  const Eigen::Index in = map.inputs(), out = map.outputs();
+  const Eigen::Index in = map.columns(), out = map.outputs();
   text += fmt::format("static const IN_FLASH Scalar kCentre[{}] = {};\n", in,
                       init.vector(map.centre.cast<double>(), "latent_min"));
   text += fmt::format("static const IN_FLASH Scalar kGain[{}] = {};  // to +-32767\n", in,
@@ -253,7 +272,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
                       init.vector(map.scale.cast<double>(), "inverse_map.layers"));
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
-  text += "\n";
+  text += product_table(*folded.inverse_map()) + "\n";
   if (!quantised.units) text += c99_integer_arithmetic(quantised);  // else before the step
 
   text += estimate_head(name, m, folded, init);

@@ -114,12 +114,15 @@ std::string CppNetwork::map_type(const Initialiser& init) const {
            (quantised->centre.size() > 0 ? ", " + std::to_string(quantised->centre.size()) : "") + ">";
   const Eigen::Index out = network.layers.back().bias.size();
   const std::string path = has_linear_path()
-                               ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.inputs(), out)
-                           : error ? ", NoLinearPath"
-                                   : "";
+                               ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.columns(), out)
+                           : error || has_products() ? ", NoLinearPath"
+                                                     : "";
   const std::string head =
-      error ? fmt::format(", ErrorHead<{}, {}, {}>", init.scalar_name(), error->layer.weights.cols() / 2, out) : "";
-  return std::string(quantised ? "QuantisedMap" : "LearnedMap") + "<" + type + path + head + ">";
+      error ? fmt::format(", ErrorHead<{}, {}, {}>", init.scalar_name(), error->layer.weights.cols() / 2, out)
+      : has_products() && !quantised ? ", NoErrorHead"
+                                     : "";
+  const std::string products = has_products() ? fmt::format(", ClockProducts<{}>", network.products.size()) : "";
+  return std::string(quantised ? "QuantisedMap" : "LearnedMap") + "<" + type + path + head + products + ">";
 }
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {
@@ -142,20 +145,27 @@ std::string CppNetwork::initialiser(const Initialiser& init, const std::string& 
         "                  .bound_95 = {}}},\n",
         init.vector(error->lowest, "error.log_min"), init.vector(error->highest, "error.log_max"),
         init.vector(error->bound_95, "error.factor_95"));
+  if (has_products()) {
+    std::string pairs;
+    for (const auto& [factor, clock] : network.products)
+      pairs += fmt::format("{}{{{}, {}}}", pairs.empty() ? "" : ", ", factor, clock);
+    text += fmt::format("        .products = {{.factors = {{{}}}}},  // rows of [z; y] and of the clock\n", pairs);
+  }
   return text + "    },\n";
 }
 
 std::string CppNetwork::description() const {
-  std::string text = std::to_string(network.inputs());
+  std::string text = std::to_string(network.columns());
   for (const DenseLayer& dense : network.layers) text += fmt::format("-{}", dense.bias.size());
   text += network.layers.size() == 1
               ? ", linear"
               : " " + std::string(activation_row(activation_row(network.activation).trained_as).name);
-  return text + (has_linear_path() ? " and a linear path" : "") + ", reads " + reads;
+  return text + (has_linear_path() ? " and a linear path" : "") + ", reads " + reads +
+         (has_products() ? fmt::format(" and {} products with clocks", network.products.size()) : "");
 }
 
 Eigen::Index CppNetwork::multiply_adds() const {
-  Eigen::Index count = network.linear_path.size();
+  Eigen::Index count = network.linear_path.size() + static_cast<Eigen::Index>(network.products.size());
   for (const DenseLayer& dense : network.layers) count += dense.weights.size();
   return count;
 }
@@ -170,7 +180,8 @@ Eigen::Index CppNetwork::constant_bytes(const Initialiser& init) const {
   if (quantised) return packed_bytes(*quantised);
   const auto scalar = static_cast<Eigen::Index>(init.scalar_bytes()),
              one = static_cast<Eigen::Index>(init.weight_bytes());
-  Eigen::Index bytes = network.linear_path.size() * scalar;
+  const Eigen::Index indices = 4 * static_cast<Eigen::Index>(network.products.size());  // two of 16 bits each
+  Eigen::Index bytes = network.linear_path.size() * scalar + (indices + scalar - 1) / scalar * scalar;
   for (const DenseLayer& dense : network.layers)  // biases are aligned
     bytes += (dense.weights.size() * one + scalar - 1) / scalar * scalar + dense.bias.size() * scalar;
   if (error) bytes += (error->layer.weights.size() + 4 * error->layer.bias.size()) * scalar;

@@ -22,6 +22,7 @@ struct CppNetwork {
   const FoldedErrorHead* error = nullptr;  ///< error head of T*, if any
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
+  bool has_products() const { return !network.products.empty(); }
 
   /// The constants kLayer1, ... with a comment each, for the namespace weights.
   std::string layers(const Initialiser& init) const;
@@ -29,7 +30,8 @@ struct CppNetwork {
   /// `using Network = decltype(make_mlp<...>(weights::kLayer1, ...));`
   std::string using_declaration() const;
 
-  /// `LearnedMap<Network, LinearPath<float, 3, 2>>`
+  /// `LearnedMap<Network, LinearPath<float, 3, 2>>`; the optional parts behind the network: linear path, error head,
+  /// products with clocks
   std::string map_type(const Initialiser& init) const;
 
   /// `    .inverse_map = {...},`

@@ -19,12 +19,12 @@ namespace {
 // and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-    "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
+    "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "ClockProducts", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "ChannelHealth", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GateBuffers", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "HasAdvance", "HasDrivenAdvance", "HasEstimate", "HasSizes", "HasStep", "HasValues",
     "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
-    "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
+    "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoClockProducts", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "PriorModel", "PriorObserver", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "QuantisedUnits", "SampledObserver", "SensorFailures",
     "SampledBatch", "Saturation", "StepStatus", "Tableau", "ReadingRange", "Rotation", "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "all_below", "arc_tangent", "as_eigen", "between", "circle", "CircleFit", "cosine", "decay_minus_1", "discretise", "estrin", "evaluate_batch", "evaluate_inverse",

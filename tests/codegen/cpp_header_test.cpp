@@ -114,7 +114,7 @@ TEST(Fold, ChangesNoNetwork) {
       const ReferenceNetwork<double> exact(network);
       for (int k = 0; k < 20; ++k) {
         const Eigen::VectorXd in = Eigen::VectorXd::LinSpaced(network.inputs(), -0.1 * k, 0.15 * k);
-        const Eigen::VectorXd read = in.head(folded.inputs());
+        const Eigen::VectorXd read = with_products<Eigen::VectorXd>(folded.products, in.head(folded.inputs()));
         Eigen::VectorXd a = read;
         for (std::size_t l = 0; l < folded.layers.size(); ++l) {
           a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();

@@ -360,6 +360,48 @@ Model commanded_model() {
   return m;
 }
 
+namespace {
+
+/// T* reads every feature that is not the clock once more, times the clock, which is the last row of z.
+Model with_clock_products(Model m) {
+  Network& map = *inverse_map(m);
+  const Eigen::Index plain = map.features.rows(), clock = m.nz() - 1;
+  map.feature_clocks.assign(static_cast<std::size_t>(plain), -1);
+  for (Eigen::Index f = 0; f < plain; ++f) {
+    if (map.features(f, clock) != 0.0) continue;
+    const Eigen::Index row = map.features.rows();
+    map.features.conservativeResize(row + 1, Eigen::NoChange);
+    map.features.row(row) = map.features.row(f);
+    for (Eigen::VectorXd* of : {&map.feature_mean, &map.feature_scale}) {
+      of->conservativeResize(row + 1);
+      (*of)(row) = (*of)(f);
+    }
+    map.feature_clocks.push_back(static_cast<int>(clock));
+  }
+  const auto columns = map.features.rows();
+  Uniform uniform(71);
+  Eigen::MatrixXd& first = map.layers.front().weights;
+  first.conservativeResize(Eigen::NoChange, columns);
+  first.rightCols(columns - plain) = uniform.matrix(first.rows(), columns - plain, 0.4);
+  map.skip.conservativeResize(Eigen::NoChange, columns);
+  map.skip.rightCols(columns - plain) = uniform.matrix(map.skip.rows(), columns - plain, 0.3);
+  return m;
+}
+
+}  // namespace
+
+Model clocked_model() {
+  Model m = with_clock_products(commanded_model());
+  m.name = "clocked";
+  return m;
+}
+
+Model clocked_rig_model() {
+  Model m = with_clock_products(rig_model());
+  m.name = "clocked_rig";
+  return m;
+}
+
 Model encoder_model() {
   Model m = blank("encoder", 1, 3);
   m.outputs = {{"encoder", "rad", 0.0}};
@@ -677,6 +719,8 @@ std::vector<Model> example_models() {
                                hold_model("rk4"),
                                commanded_model(),
                                commanded_ramp_model(),
+                               clocked_model(),
+                               clocked_rig_model(),
                                failing_model(),
                                watched_model(),
                                watched_rig_model(),

@@ -58,6 +58,10 @@ Model commanded_model();
 Model encoder_model();
 Model commanded_ramp_model();
 
+/// `commanded_model` and `rig_model` whose T* also reads the products of its features with their clock.
+Model clocked_model();
+Model clocked_rig_model();
+
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
 Model failing_model();
 Model failing_rig_model();

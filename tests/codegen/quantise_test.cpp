@@ -100,13 +100,14 @@ double relative_error(const FoldedNetwork& folded, const InputBox& box, const Qu
       state = state * 6364136223846793005U + 1442695040888963407U;
       in(i) = box.min(i) + (box.max(i) - box.min(i)) * static_cast<double>(state >> 11) * 0x1p-53;
     }
-    Eigen::VectorXd a = in;
+    const Eigen::VectorXd all = with_products(folded.products, in);
+    Eigen::VectorXd a = all;
     for (std::size_t l = 0; l < folded.layers.size(); ++l) {
       a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
       if (l + 1 == folded.layers.size()) break;
       a = a.unaryExpr(activation_row(folded.activation).value).eval();
     }
-    if (folded.linear_path.size() != 0) a += folded.linear_path * in;
+    if (folded.linear_path.size() != 0) a += folded.linear_path * all;
     error = std::max(error, (evaluate(q, in.cast<float>()).cast<double>() - a).cwiseAbs().maxCoeff());
     largest = std::max(largest, a.cwiseAbs().maxCoeff());
   }

@@ -8,6 +8,8 @@
 #include <limits>
 
 #include "codegen/base/error.h"
+#include "codegen/fold/fold.h"
+#include "codegen/reference/reference_network.h"
 #include "codegen/structures/structure_module.h"
 #include "tests/codegen/example_models.h"
 
@@ -230,6 +232,51 @@ TEST(ReferenceObserver, ConstantOutputIsASteadyStateWhenItStartsThere) {
   for (int k = 0; k < 1000; ++k) observer.step(y);
   EXPECT_LT((observer.latent() - z0).head(6).cwiseAbs().maxCoeff(), 1e-12);  // all but the clock
   EXPECT_LT((z0 - m.initial_latent - steady_gain(m) * y).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(ReferenceNetwork, MultipliesFeaturesByTheirClocks) {
+  Network n;
+  n.features = (Eigen::Matrix2d() << 2.0, 0.0, 0.0, 1.0).finished();
+  n.features.conservativeResize(3, Eigen::NoChange);
+  n.features.row(2) = n.features.row(0);
+  n.feature_mean = Eigen::Vector3d(1.0, 0.0, 1.0);
+  n.feature_scale = Eigen::Vector3d(4.0, 1.0, 4.0);
+  n.feature_clocks = {-1, -1, 1};
+  n.layers = {{Eigen::RowVector3d(1.0, 10.0, 100.0), Eigen::VectorXd::Constant(1, 0.5)}};
+  n.output_mean = Eigen::VectorXd::Zero(1);
+  n.output_scale = Eigen::VectorXd::Ones(1);
+  // u = [(2 z - 1) / 4; c; (2 z - 1) / 4 c] = [1.25; 0.2; 0.25] at z = 3, c = 0.2
+  EXPECT_NEAR(ReferenceNetwork<double>(n)(Eigen::Vector2d(3.0, 0.2))(0), 0.5 + 1.25 + 2.0 + 25.0, 1e-12);
+}
+
+TEST(ReferenceNetwork, IsItsFoldedFormWithProductsOfClocks) {
+  constexpr double kTolerance = 1e-10;  // sums of 100 terms of order 10, in double
+  for (const Model& m : {clocked_model(), clocked_rig_model()}) {
+    const Network& map = *inverse_map(m);
+    const FoldedNetwork folded = *fold(m).inverse_map();
+    EXPECT_EQ(folded.inputs(), m.nz() + m.nr()) << m.name;
+    EXPECT_GT(folded.products.size(), 4U) << m.name;
+    Eigen::MatrixXd in = Eigen::MatrixXd::Random(m.nz() + m.nr(), 50);
+    const Eigen::MatrixXd expected = ReferenceNetwork<double>(map)(in),
+                          got = ReferenceNetwork<double>(unfolded(folded, folded.inputs()))(in);
+    EXPECT_LT((got - expected).cwiseAbs().maxCoeff(), kTolerance) << m.name;
+  }
+}
+
+TEST(ReferenceNetwork, DerivativeOfProductsMeetsCentralDifferences) {
+  constexpr double kStep = 1e-5, kTolerance = 1e-7;  // error of order step^2, and rounding over the step
+  for (const Model& m : {clocked_model(), clocked_rig_model()}) {
+    const ReferenceNetwork<double> map(*inverse_map(m));
+    const Eigen::Index n = m.nz() + m.nr();
+    const Eigen::VectorXd at = Eigen::VectorXd::LinSpaced(n, -0.7, 0.9);
+    const Eigen::MatrixXd slopes = map.jvp(at, Eigen::MatrixXd::Identity(n, n));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, i);
+      const Eigen::VectorXd expected = (map(at + step) - map(at - step)) / (2.0 * kStep);
+      EXPECT_LT((slopes.col(i) - expected).cwiseAbs().maxCoeff(), kTolerance * (1.0 + expected.norm()))
+          << m.name << " " << i;
+    }
+  }
 }
 
 TEST(ReferenceObserver, AFullTurnOfAnAngleIsNotSeen) {

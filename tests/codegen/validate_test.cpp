@@ -60,6 +60,16 @@ const Row kRows[] = {
      "initial_latent has 3 entries; it must have 2 (n_x"},
     {"RelativeOutputThatIsNotThere", rig_model, [](Model& m) { linear_latent(m)->relative_outputs = {2}; },
      "relative_outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+    {"FeatureClockOfAnotherSize", clocked_model, [](Model& m) { inverse_map(m)->feature_clocks.pop_back(); },
+     "inverse_map.feature_clocks has 12 entries; it must have 13"},
+    {"FeatureClockThatIsDriven", clocked_model, [](Model& m) { inverse_map(m)->feature_clocks[7] = 2; },
+     "inverse_map.feature_clocks[7] is 2; it must be -1 or a row of z that is a clock"},
+    {"FeatureClockBehindZ", clocked_model, [](Model& m) { inverse_map(m)->feature_clocks[7] = 5; },
+     "inverse_map.feature_clocks[7] is 5; it must be -1"},
+    {"FeatureClockThatStartsElsewhere", clocked_model, [](Model& m) { m.initial_latent(4) = 0.5; },
+     "inverse_map.feature_clocks[7] is 4; it must be -1"},
+    {"FeatureClocksOfGatedUnits", gated_model, [](Model& m) { inverse_map(m)->feature_clocks.assign(7, -1); },
+     "inverse_map.feature_clocks is of the inverse_map of structure kkl; leave it out"},
     {"RelativeOutputTwice", rig_model,
      [](Model& m) {
        linear_latent(m)->relative_outputs = {1, 1};

@@ -17,6 +17,7 @@ namespace nlo::trainer {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string kDraft = R"(name = "draft"
 [plant]
@@ -112,6 +113,40 @@ samples_per_step = 256
   const double slow = slowest(
       derived(plant, {"plant.parameters.rate=0.1", "simulation.horizon_s=200.0", "simulation.sample_period_s=0.5"}));
   EXPECT_NEAR(fast / slow, 10.0, 0.1);
+}
+
+// A cart on a track, whose start is unknown and whose position alone is measured: while the observer forgets its start,
+// the best map changes with time.
+const std::string kCart = R"toml(name = "cart"
+[plant]
+states = ["position", "speed"]
+derivative = ["speed", "-0.5 * speed"]
+output_names = ["y"]
+outputs = ["position"]
+[simulation]
+horizon_s = 10.0
+sample_period_s = 0.02
+initial_low = [-1.0, -5.0]
+initial_high = [1.0, 5.0]
+[training]
+noise = "gaussian:0.05"
+trajectories_per_step = 8
+samples_per_step = 256
+)toml";
+
+TEST(Recipe, TakesProductsWithClocksWhereTheTransientIsMostOfTheError) {
+  const Recipe recipe = derived(kCart);
+  EXPECT_THAT(recipe.experiment.source_text, HasSubstr("clock_products = \"all\""));
+  EXPECT_THAT(recipe.text, HasSubstr("their products with clocks"));
+  const std::vector<double>& clocks = recipe.experiment.observer.clocks_s;
+  ASSERT_FALSE(clocks.empty());
+  EXPECT_NEAR(clocks.front(), 1.0 / slowest(recipe), kRounding * clocks.front());
+}
+
+TEST(Recipe, LeavesClocksThatAreGivenAsTheyAre) {
+  const std::string text = derived(kCart, {"observer.clocks_s=[0.7]"}).experiment.source_text;
+  EXPECT_THAT(text, HasSubstr("\nclocks_s = [0.7]\n"));
+  EXPECT_THAT(text, Not(HasSubstr("clock_products")));
 }
 
 TEST(Recipe, HasNoModeSlowerThanAFifthOfAllItsRunsTogether) {

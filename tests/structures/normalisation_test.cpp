@@ -11,6 +11,7 @@
 #include "trainer/learn/training/objective.h"
 #include "trainer/learn/training/train.h"
 #include "trainer/structures/for_each_sample.h"
+#include "trainer/structures/kkl_family.h"
 
 namespace nlo::trainer {
 namespace {
@@ -69,6 +70,23 @@ struct Normalised {
   Objective objective;
   const Rollout& flight;
 };
+
+TEST(Normalisation, AProductWithAClockHasTheScaleOfItsFeature) {
+  Experiment experiment = rig_experiment();
+  experiment.observer.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
+  const Normalised normalised(experiment, masked_runs(1));
+  const std::vector<Feature>& features = normalised.structure.features;
+  std::size_t products = 0;
+  for (const Feature& feature : features) {
+    if (feature.clock < 0) continue;
+    ++products;
+    const Feature& factor = features[static_cast<std::size_t>(feature.without)];
+    EXPECT_EQ(feature.latent, factor.latent);
+    EXPECT_EQ(feature.mean, factor.mean);
+    EXPECT_EQ(feature.scale, factor.scale);
+  }
+  EXPECT_EQ(products, 2 * (features.size() - products - 2));  // each feature but the two clocks, with both
+}
 
 TEST(Normalisation, NoFeatureLeavesItsScaleWhereTheTruthIsMasked) {
   const Normalised normalised(rig_experiment(), masked_runs(1));

@@ -10,6 +10,7 @@
 #include "tests/training/training_testing.h"
 #include "trainer/learn/losses/loss_registry.h"
 #include "trainer/learn/training/objective.h"
+#include "trainer/structures/kkl_family.h"
 
 namespace nlo::trainer::testing {
 
@@ -174,6 +175,13 @@ inline const std::vector<Variant>& variants() {
          e.observer.output_injection = Injection::kUnitGain;
          e.observer.features = FeatureSet::kLatentMinusOutput;
          e.observer.clocks_s = {0.5};
+       }},
+      {"reading_products_with_two_clocks",
+       [](Experiment& e) {
+         e.observer.output_injection = Injection::kUnitGain;
+         e.observer.features = FeatureSet::kLatentMinusOutput;
+         e.observer.clocks_s = {0.2, 0.5};
+         e.observer.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
        }},
       {"zero_order_hold", [](Experiment& e) { e.observer.hold = Hold::kZeroOrder; }},
       {"rk4", [](Experiment& e) { e.observer.hold = Hold::kRk4; }}};

@@ -120,7 +120,9 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
     Eigen::VectorXd zy(model.nz() + model.ny());
     zy << result.latent.col(k), run.outputs.col(k);
     const codegen::Network& map = *codegen::inverse_map(model);
-    const Eigen::VectorXd u = (map.features * zy - map.feature_mean).cwiseQuotient(map.feature_scale);
+    Eigen::VectorXd u = (map.features * zy - map.feature_mean).cwiseQuotient(map.feature_scale);
+    for (Eigen::Index f = 0; f < u.size(); ++f)
+      if (const int clock = codegen::clock_of(map, f); clock >= 0) u(f) *= zy(clock);
     Eigen::VectorXd a = u;
     for (std::size_t l = 0; l < map.layers.size(); ++l) {
       a = map.layers[l].weights * a + map.layers[l].bias;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/base/ridge.h"
 
+#include <cmath>
+
 #include "codegen/base/linear_algebra.h"
 
 namespace nlo::trainer {
@@ -21,6 +23,7 @@ void Ridge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights) {
   if (gram_.size() == 0) {
     gram_ = MatrixXd::Zero(rows.rows(), rows.rows());
     cross_ = MatrixXd::Zero(x.rows(), rows.rows());
+    squares_ = VectorXd::Zero(x.rows());
   }
   MatrixXd known = x;
   for (Index k = 0; k < x.cols(); ++k)  // NaN stays NaN when it is weighted by zero
@@ -28,7 +31,68 @@ void Ridge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights) {
   const MatrixXd weighted = rows.array().rowwise() * weights.transpose().array();
   gram_ += weighted * rows.transpose();
   cross_ += known * weighted.transpose();
+  squares_ += known.cwiseAbs2() * weights;
   weight_ += weights.sum();
+}
+
+void Ridge::add(const Ridge& other, double share) {
+  if (gram_.size() == 0) {
+    *this = other;
+    gram_ *= share;
+    cross_ *= share;
+    squares_ *= share;
+    weight_ *= share;
+    return;
+  }
+  gram_ += share * other.gram_;
+  cross_ += share * other.cross_;
+  squares_ += share * other.squares_;
+  weight_ += share * other.weight_;
+}
+
+VectorXd Ridge::squared_errors(const MatrixXd& w) const {
+  const VectorXd squares =
+      squares_ - 2.0 * w.cwiseProduct(cross_).rowwise().sum() + (w * gram_).cwiseProduct(w).rowwise().sum();
+  return squares.cwiseMax(0.0) / weight_;
+}
+
+void TransientRidge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights,
+                         const std::vector<int>& since_start) {
+  constexpr double kBinsOfAnOctave = 3.0;
+  std::vector<std::vector<Index>> columns;
+  for (Index k = 0; k < u.cols(); ++k) {
+    const int time = since_start[static_cast<std::size_t>(k)];
+    const auto bin = static_cast<std::size_t>(kBinsOfAnOctave * std::log2(1.0 + time));
+    if (bin >= columns.size()) columns.resize(bin + 1);
+    columns[bin].push_back(k);
+  }
+  if (bins_.size() < columns.size()) bins_.resize(columns.size());
+  for (std::size_t bin = 0; bin < columns.size(); ++bin)
+    if (!columns[bin].empty())
+      bins_[bin].add(u(Eigen::all, columns[bin]), x(Eigen::all, columns[bin]), weights(columns[bin]));
+}
+
+MatrixXd TransientRidge::fit(double ridge) const {
+  constexpr int kFits = 4;
+  constexpr double kLeast = 1e-3;  // deviations of a state
+  Ridge all;
+  for (const Ridge& bin : bins_)
+    if (bin.weight() > 0.0) all.add(bin, 1.0);
+  MatrixXd w = all.fit(ridge);
+  MatrixXd constant = MatrixXd::Zero(w.rows(), w.cols());
+  constant.col(0) = all.mean();
+  const VectorXd least = kLeast * kLeast * all.squared_errors(constant);
+  for (int fit = 1; fit < kFits; ++fit) {
+    const MatrixXd before = w;
+    for (Index i = 0; i < w.rows(); ++i) {
+      Ridge relative;
+      for (const Ridge& bin : bins_)
+        if (bin.weight() > 0.0)
+          relative.add(bin, 1.0 / (bin.squared_errors(before)(i) + least(i) + 1e-300) / bin.weight());
+      w.row(i) = relative.fit(ridge).row(i);
+    }
+  }
+  return w;
 }
 
 MatrixXd Ridge::fit(double ridge) const {

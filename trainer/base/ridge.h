@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace nlo::trainer {
 
@@ -22,9 +23,36 @@ class Ridge {
   /// collinear columns stay harmless. weight() > 0.
   Eigen::MatrixXd fit(double ridge) const;
 
+  /// Adds the samples of another, whose weights count `share` times.
+  void add(const Ridge& other, double share);
+
+  /// The mean of each state, n_x. weight() > 0.
+  Eigen::VectorXd mean() const { return cross_.col(0) / weight_; }
+
+  /// Mean of the squared errors of W [1; u] for each state, n_x. weight() > 0.
+  Eigen::VectorXd squared_errors(const Eigen::MatrixXd& w) const;
+
  private:
   Eigen::MatrixXd gram_, cross_;  ///< weighted sums of [1; u] [1; u]' and of x [1; u]'
+  Eigen::VectorXd squares_;       ///< weighted sums of x^2
   double weight_ = 0.0;
+};
+
+/// Ridge regression over runs that begin with a transient, whose errors are far larger than the settled ones and would
+/// decide alone. Each error counts relative to the error that is reachable at its time since the start:
+///   weight of a sample = w_k / (mean squared error of the fit at that time + (0.001 deviation of the state)^2)
+/// by a few fits, each with the weights of the one before.
+class TransientRidge {
+ public:
+  /// As Ridge::add(). since_start: sample periods since the start of the run, N.
+  void add(const Eigen::MatrixXd& u, const Eigen::MatrixXd& x, const Eigen::VectorXd& weights,
+           const std::vector<int>& since_start);
+
+  /// As Ridge::fit().
+  Eigen::MatrixXd fit(double ridge) const;
+
+ private:
+  std::vector<Ridge> bins_;  ///< by time since the start, three in each octave
 };
 
 /// `u` with a row of ones on top, as W of Ridge::fit() needs it.

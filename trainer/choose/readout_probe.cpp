@@ -188,7 +188,7 @@ MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
     const SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(sample.group)];
     for (Index f = 0; f < u.rows(); ++f)
       u(f, k) = static_cast<double>(
-          feature_value(structure.features[static_cast<std::size_t>(f)], group, sample.lane, sample.time));
+          normalised_feature(structure.features[static_cast<std::size_t>(f)], group, sample.lane, sample.time));
   }
   return u;
 }

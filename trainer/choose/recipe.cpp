@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -23,6 +24,7 @@
 #include "trainer/plants/odd_plant.h"
 #include "trainer/plants/plant_form.h"
 #include "trainer/plants/plant_registry.h"
+#include "trainer/structures/kkl_family.h"
 
 namespace nlo::trainer {
 namespace {
@@ -98,25 +100,36 @@ class Deriver {
       experiments.back().threads = base_.threads;
     }
     const std::optional<Experiment> gated = gated_rival(draft_, experiment_for_data(draft_), length_s_);
-    std::size_t best = 0;
-    std::string pilots;
-    if (finalists.size() > 1 || gated) {
-      const PilotData data(base_, data_, validation_);
-      std::vector<double> errors;
-      for (const Experiment& e : experiments) errors.push_back(pilot_error(e, kPilotSteps, data));
-      best = static_cast<std::size_t>(std::min_element(errors.begin(), errors.end()) - errors.begin());
-      pilots = fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps, errors.size(),
-                           errors[best]);
-      if (gated) {
-        constexpr double kWorthIt = 0.9;  // a linear latent is the cheaper one in flight, and the faster to train
-        const double units = pilot_error(*gated, kPilotSteps, data);
-        const bool better = units < kWorthIt * errors[best];
-        pilots += fmt::format(", gated units {:.3g}{}", units, better ? ": structure \"gated\" in its place" : "");
-        if (better) return {*gated, text_of(experiments[best], finalists[best]) + pilots + "\n"};
+    if (finalists.size() == 1 && !gated && !may_read_clock_products())
+      return {experiments.front(), text_of(experiments.front(), finalists.front())};
+
+    const PilotData data(base_, data_, validation_);
+    std::vector<double> errors;
+    for (const Experiment& e : experiments) errors.push_back(pilot_error(e, kPilotSteps, data));
+    const auto best = static_cast<std::size_t>(std::min_element(errors.begin(), errors.end()) - errors.begin());
+    Experiment chosen = experiments[best];
+    double error = errors[best];
+    std::string pilots =
+        fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps, errors.size(), error);
+    if (may_read_clock_products()) {
+      constexpr double kWorthAFirstLayer = 0.95;  // products make the first layer wider, in every step of the loop
+      Experiment with_products = with_clock_products(chosen);
+      const double products = pilot_error(with_products, kPilotSteps, data);
+      const bool better = products < kWorthAFirstLayer * error;
+      pilots += fmt::format(", with products of clocks {:.3g}{}", products, better ? ": taken" : "");
+      if (better) {
+        chosen = std::move(with_products);
+        error = products;
       }
-      pilots += "\n";
     }
-    return {experiments[best], text_of(experiments[best], finalists[best]) + pilots};
+    if (gated) {
+      constexpr double kWorthIt = 0.9;  // a linear latent is the cheaper one in flight, and the faster to train
+      const double units = pilot_error(*gated, kPilotSteps, data);
+      const bool better = units < kWorthIt * error;
+      pilots += fmt::format(", gated units {:.3g}{}", units, better ? ": structure \"gated\" in its place" : "");
+      if (better) return {*gated, text_of(chosen, finalists[best]) + pilots + "\n"};
+    }
+    return {chosen, text_of(chosen, finalists[best]) + pilots + "\n"};
   }
 
  private:
@@ -142,6 +155,31 @@ class Deriver {
       o.clocks_s = {rounded(std::max(0.15 * slow_s, period_s_)), rounded(std::max(0.8 * slow_s, 4.0 * period_s_))};
     }
     return e;
+  }
+
+  bool may_read_clock_products() const {
+    return base_.observer.structure == "kkl" && !given("observer.clocks_s") && !given("observer.clock_products");
+  }
+
+  /// The same observer with a clock for each time scale of D, whose T* reads products with them.
+  Experiment with_clock_products(Experiment e) const {
+    constexpr std::size_t kMostClocks = 4;
+    constexpr double kOneScale = 1.6;  // ratio of time constants that one clock serves
+    ObserverConfig& o = e.observer;
+    std::vector<double> times_s;
+    for (const double lambda : o.eigenvalues) times_s.push_back(-1.0 / lambda);
+    for (const auto& [re, im] : o.pairs) times_s.push_back(-1.0 / re);
+    std::ranges::sort(times_s, std::greater<>());
+    o.clocks_s.clear();
+    for (const double time_s : times_s)
+      if (time_s > 2.0 * period_s_ && o.clocks_s.size() < kMostClocks &&
+          (o.clocks_s.empty() || o.clocks_s.back() > kOneScale * time_s))
+        o.clocks_s.push_back(rounded(time_s));
+    if (o.clocks_s.empty()) o.clocks_s = {rounded(2.0 * period_s_)};
+    o.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
+    Experiment derived = parse_experiment(format_experiment(e), "what was derived");
+    derived.threads = e.threads;
+    return derived;
   }
 
   /// Whether the checks let an observer read and start like this.
@@ -272,11 +310,13 @@ class Deriver {
       states += fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", data_.states[i].name,
                             std::min(choice.error.linear[i], choice.error.curved[i]));
     return fmt::format(
-        "derived  eigenvalues {} 1/s, features {}, start {}: the best of {} that were measured\n"
+        "derived  eigenvalues {} 1/s, features {}{}, start {}: the best of {} that were measured\n"
         "         expected error over deviation, before training: {}\n"
         "         T* {} {}, {} steps{}; all of it: derived.toml\n",
-        modes, to_name(o.features), to_name(o.start), tried_, states, fmt::join(e.inverse_map.hidden, " x "),
-        e.inverse_map.activation, e.training.steps,
+        modes, to_name(o.features),
+        o.own.get<KklConfig>().clock_products == ClockProductSet::kNone ? "" : " and their products with clocks",
+        to_name(o.start), tried_, states, fmt::join(e.inverse_map.hidden, " x "), e.inverse_map.activation,
+        e.training.steps,
         e.log ? fmt::format(" of {} s segments, weight decay {}", shortest_text(e.training.segment_s),
                             shortest_text(e.training.weight_decay))
               : fmt::format(" on {} trajectories{}", e.simulation.trajectories,

@@ -70,6 +70,12 @@ inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLate
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
+/// Features of T* that it reads once more, times each clock.
+enum class ClockProductSet { kNone, kLatent, kAll };
+template <>
+inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{
+    {{ClockProductSet::kNone, "none"}, {ClockProductSet::kLatent, "latent"}, {ClockProductSet::kAll, "all"}}};
+
 /// The readout that ships for a state: the network, a linear row or a blend, whichever is best on validation data; or
 /// always the network.
 enum class ReadoutChoice { kSelected, kNetwork };

@@ -195,8 +195,7 @@ CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOption
   constexpr std::int64_t kBoxes = 4000;
   constexpr const char* kWhat = "|flown - real| of an estimate";
   CertificateRows rows;
-  if (codegen::inverse_map(model) == nullptr)
-    return {absent_row("arithmetic", kWhat, "z is the estimate: there is no T*")};
+  if (const std::string why = reason_against_map(model); !why.empty()) return {absent_row("arithmetic", kWhat, why)};
   const MapRegion region = domain_region(model);
   const Index n = region.inputs.rows();
   const Matrix identity = Matrix::Identity(n, n);

@@ -76,6 +76,9 @@ CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOption
 CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows robustness_rows(const codegen::Model& model, const CertifyOptions& options);
 
+/// Returns the reason why there are no rows about T*; empty if there are. Features of T* must be linear in z and y.
+std::string reason_against_map(const codegen::Model& model);
+
 /// Returns the reason why there are no rows about the plant that the model was trained on; empty if there are. KKL
 /// observers of the plant's own states, without inputs, have such rows.
 std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options);

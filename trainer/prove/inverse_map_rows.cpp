@@ -24,9 +24,17 @@ std::string place_text(const Eigen::VectorXd& at) {
 
 }  // namespace
 
+std::string reason_against_map(const codegen::Model& model) {
+  const codegen::Network* map = codegen::inverse_map(model);
+  if (map == nullptr) return "z is the estimate: there is no T*";
+  if (!map->feature_clocks.empty())
+    return "T* reads products of z with clocks (clock_products), and the proofs take features that are linear in z";
+  return {};
+}
+
 CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options) {
-  if (codegen::inverse_map(model) == nullptr)
-    return {absent_row("lipschitz", "a slope of T*", "z is the estimate: there is no T*")};
+  if (const std::string why = reason_against_map(model); !why.empty())
+    return {absent_row("lipschitz", "a slope of T*", why)};
   CertificateRows rows;
   const LipschitzConstants everywhere = lipschitz_upper(model);
   for (const bool of_output : {false, true}) {
@@ -61,8 +69,7 @@ CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions
 CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options) {
   constexpr std::int64_t kBoxes = 20000;
   constexpr const char* kWhat = "|x_hat| of T*, wherever z can go";
-  if (codegen::inverse_map(model) == nullptr)
-    return {absent_row("estimate", kWhat, "z is the estimate: there is no T*")};
+  if (const std::string why = reason_against_map(model); !why.empty()) return {absent_row("estimate", kWhat, why)};
   const auto region = reachable_region(model);
   if (!region)
     return {absent_row("estimate", kWhat,

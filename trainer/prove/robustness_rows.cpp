@@ -21,6 +21,7 @@ std::string reason_against_plant(const codegen::Model& model, const CertifyOptio
   if (!moves_linearly(model) || codegen::inverse_map(model) == nullptr || model.nu() > 0)
     return fmt::format("the proof is of KKL observers without inputs, and this is of structure {}",
                        codegen::structure_name(model));
+  if (const std::string why = reason_against_map(model); !why.empty()) return why;
   if (!PlantChannels(*options.experiment->plant, *make_plant(*options.experiment->plant)).plain())
     return "the proof is about the plant's own states, and this observer has angles as sine and cosine, or leaves "
            "states out";

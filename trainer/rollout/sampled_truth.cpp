@@ -37,7 +37,7 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, I
   const auto total = static_cast<Index>(all.size());
   const Index size = std::min(count, total);
   SampledTruth samples{MatrixXd(model.nz(), size), MatrixXd(model.nr(), size), MatrixXd(model.nx(), size),
-                       Eigen::VectorXd(size)};
+                       Eigen::VectorXd(size), std::vector<int>(static_cast<std::size_t>(size))};
   for (Index k = 0; k < size; ++k) {
     // A step that is no whole number meets every phase of a run, for any common length of the runs.
     const Place& place = all[static_cast<std::size_t>(k * total / size)];
@@ -52,6 +52,7 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, I
     for (Index i = 0; i < samples.x.rows(); ++i)
       samples.x(i, k) = static_cast<double>(rollout.state(segment, static_cast<std::size_t>(i), place.time));
     samples.weights(k) = static_cast<double>(place.weight);
+    samples.since_start[static_cast<std::size_t>(k)] = place.time;
   }
   return samples;
 }

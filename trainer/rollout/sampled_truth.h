@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "codegen/model/model.h"
 #include "trainer/rollout/rollout.h"
@@ -11,10 +12,11 @@ namespace nlo::trainer {
 
 /// N samples at which an estimate is asked for and the truth counts.
 struct SampledTruth {
-  Eigen::MatrixXd z;        ///< n_z x N
-  Eigen::MatrixXd y;        ///< n_r x N, readings as the observer has them
-  Eigen::MatrixXd x;        ///< n_x x N
-  Eigen::VectorXd weights;  ///< N, > 0
+  Eigen::MatrixXd z;             ///< n_z x N
+  Eigen::MatrixXd y;             ///< n_r x N, readings as the observer has them
+  Eigen::MatrixXd x;             ///< n_x x N
+  Eigen::VectorXd weights;       ///< N, > 0
+  std::vector<int> since_start;  ///< N, sample periods since the start of the segment
 };
 
 /// Some `count` of the samples of `rollout` whose truth counts, or all of them where they are fewer: evenly over its

@@ -23,12 +23,19 @@ void for_each_sample(const Rollout& rollout, const Visit& visit) {
   }
 }
 
-/// A feature of T* there, not normalised.
+/// A feature of T* there, without mean, scale and clock.
 inline float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
   const auto l = static_cast<std::size_t>(lane);
   const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, time) + l : nullptr;
   const float* y = feature.reading >= 0 ? group.readings.data() + group.at(feature.reading, time) + l : nullptr;
   return FeatureFormula<float>(feature).raw(z, y);
+}
+
+/// The same as T* reads it.
+inline float normalised_feature(const Feature& feature, const SegmentGroup& group, int lane, int time) {
+  const float u = (feature_value(feature, group, lane, time) - feature.mean) / feature.scale;
+  if (feature.clock < 0) return u;
+  return u * group.latent[group.at(feature.clock, time) + static_cast<std::size_t>(lane)];
 }
 
 /// How much the truth counts there; 0: masked.

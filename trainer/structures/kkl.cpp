@@ -5,17 +5,14 @@
 #include <utility>
 
 #include "trainer/base/draws.h"
+#include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/failing_sensors.h"
 #include "trainer/structures/kkl_family.h"
+#include "trainer/structures/linear_latent_start.h"
 
 namespace nlo::trainer {
 namespace {
-
-/// Keys of [observer] that this structure alone has.
-struct KklConfig {
-  double saturation = 0.0;
-};
 
 class Kkl final : public KklFamily {
  public:
@@ -26,12 +23,27 @@ class Kkl final : public KklFamily {
     keys.push_back(own_key<ObserverConfig>(
         key("saturation", &KklConfig::saturation, at_least(0),
             "kkl: T* follows z this many half ranges beyond its domain, no further; 0: wherever z goes")));
+    keys.push_back(own_key<ObserverConfig>(
+        key("clock_products", &KklConfig::clock_products, names_of<ClockProductSet>(),
+            "kkl: T* also reads products with each clock: of z, or of all that it reads; it then fits the transient by "
+            "itself")));
     return keys;
   }
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
     KklFamily::check(experiment, channels);
     check_failing_sensors(experiment, channels);
+    if (experiment.observer.own.get<KklConfig>().clock_products != ClockProductSet::kNone &&
+        experiment.observer.clocks_s.empty())
+      throw KeyError(
+          "observer.clock_products",
+          "[observer] clock_products multiplies by the clocks of clocks_s, and there are none; give clocks_s "
+          "= [...], or remove it");
+  }
+
+  void make(const Experiment& experiment, ObserverStructure& structure) const override {
+    KklFamily::make(experiment, structure);
+    add_clock_products(structure, experiment.observer.own.get<KklConfig>().clock_products);
   }
 
   codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {

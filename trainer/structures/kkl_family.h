@@ -6,6 +6,12 @@
 
 namespace nlo::trainer {
 
+/// Keys of [observer] that structure kkl alone has.
+struct KklConfig {
+  double saturation = 0.0;  ///< T* follows z this many half ranges beyond its domain; 0: wherever z goes
+  ClockProductSet clock_products = ClockProductSet::kNone;
+};
+
 class KklFamily : public TrainableStructure {
  public:
   void check(const Experiment& experiment, const ChannelCounts& channels) const override;

@@ -101,6 +101,23 @@ void add_features(ObserverStructure& structure, const ObserverConfig& observer) 
     structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
 }
 
+void add_clock_products(ObserverStructure& structure, ClockProductSet set) {
+  if (set == ClockProductSet::kNone) return;
+  const std::size_t plain = structure.features.size();
+  const int driving = structure.outputs() + structure.inputs;
+  for (std::size_t clock = 0; clock < plain; ++clock) {
+    if (!is_clock(structure, structure.features[clock])) continue;
+    for (std::size_t f = 0; f < plain; ++f) {
+      Feature product = structure.features[f];
+      if (is_clock(structure, product) || product.reading >= driving) continue;  // a staleness is read as it is
+      if (set == ClockProductSet::kLatent && product.latent < 0) continue;
+      product.clock = structure.features[clock].latent;
+      product.without = static_cast<int>(f);
+      structure.features.push_back(product);
+    }
+  }
+}
+
 std::complex<double> eigenvalue_of(const Mode& mode, const std::vector<double>& eigenvalues) {
   const auto row = static_cast<std::size_t>(mode.row);
   return {eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0};

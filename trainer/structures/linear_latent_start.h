@@ -29,6 +29,10 @@ void add_modes(ObserverStructure& structure, const ObserverConfig& observer);
 /// Adds the features of these modes to T*.
 void add_features(ObserverStructure& structure, const ObserverConfig& observer);
 
+/// Adds the products of the features with every clock. z forgets its start as exp(D t), so the best map from z to x
+/// depends on the time since then: products let T* be another map for every time of the transient.
+void add_clock_products(ObserverStructure& structure, ClockProductSet set);
+
 /// Eigenvalue of a mode: the real one, or the pair's with positive imaginary part.
 std::complex<double> eigenvalue_of(const Mode& mode, const std::vector<double>& eigenvalues);
 

@@ -64,6 +64,10 @@ codegen::Network inverse_map_of(const ObserverStructure& structure, const float*
     if (feature.reading >= 0) map.features(f, nz + feature.reading) = static_cast<double>(feature.reading_gain);
     map.feature_mean(f) = static_cast<double>(feature.mean);
     map.feature_scale(f) = static_cast<double>(feature.scale);
+    if (feature.clock >= 0) {
+      map.feature_clocks.resize(structure.features.size(), -1);
+      map.feature_clocks[static_cast<std::size_t>(f)] = feature.clock;
+    }
   }
   map.output_mean = to_double(structure.state_mean);
   map.output_scale = to_double(structure.state_scale);

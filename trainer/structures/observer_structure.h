@@ -15,16 +15,18 @@ namespace nlo::trainer {
 class TrainableStructure;
 
 /// One input of T*: latent row plus reading_gain times a reading, an output or an input that the observer reads (either
-/// may be absent: -1), then normalised.
+/// may be absent: -1), then normalised, then multiplied by a clock (absent: -1).
 struct Feature {
   int latent = -1;
   int reading = -1;
   float reading_gain = 0.0F;
   float mean = 0.0F, scale = 1.0F;
+  int clock = -1;    ///< latent row exp(-t / tau)
+  int without = -1;  ///< the feature that this one is without its clock; they have the same mean and scale
 };
 
 /// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and
-/// reading at one sample; null where the feature has none.
+/// reading at one sample; null where the feature has none. A clock multiplies the result.
 template <class Scalar>
 struct FeatureFormula {
   Scalar mean, gain, inverse;

@@ -2,9 +2,11 @@
 #include "trainer/structures/structure.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 #include "codegen/base/linear_algebra.h"
+#include "trainer/base/ridge.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/moments.h"
@@ -83,6 +85,12 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     // start.
     if (is_clock(structure, structure.features[f])) structure.features[f].mean = structure.features[f].scale = 0.5F;
   }
+  for (Feature& feature : structure.features) {
+    if (feature.without < 0) continue;
+    const Feature& same = structure.features[static_cast<std::size_t>(feature.without)];
+    feature.mean = same.mean;
+    feature.scale = same.scale;
+  }
   for (std::size_t i = 0; i < states.size(); ++i) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
     structure.state_scale[i] = safe_scale(states[i].deviation());
@@ -112,6 +120,49 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
   }
 }
 
+namespace {
+
+bool reads_clock_products(const ObserverStructure& structure) {
+  return std::any_of(structure.features.begin(), structure.features.end(),
+                     [](const Feature& feature) { return feature.clock >= 0; });
+}
+
+/// [intercept, linear path], n_x x (1 + n_u), of a T* that is another map at each time of the transient.
+Eigen::MatrixXd transient_fit(const ObserverStructure& structure, double ridge, const Rollout& rollout) {
+  constexpr Eigen::Index kBlock = 4096;  // samples
+  const auto nf = static_cast<Eigen::Index>(structure.features.size());
+  const auto nx = static_cast<Eigen::Index>(structure.state_mean.size());
+  TransientRidge fit;
+  Eigen::MatrixXd u(nf, kBlock), x(nx, kBlock);
+  Eigen::VectorXd weights(kBlock);
+  std::vector<int> since_start;
+  const auto add_block = [&] {
+    const auto count = static_cast<Eigen::Index>(since_start.size());
+    if (count > 0) fit.add(u.leftCols(count), x.leftCols(count), weights.head(count), since_start);
+    since_start.clear();
+  };
+  for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
+    const auto w = static_cast<double>(weight(rollout, segment, time));
+    if (w == 0.0) return;
+    const auto k = static_cast<Eigen::Index>(since_start.size());
+    for (Eigen::Index f = 0; f < nf; ++f)
+      u(f, k) =
+          static_cast<double>(normalised_feature(structure.features[static_cast<std::size_t>(f)], group, lane, time));
+    for (Eigen::Index i = 0; i < nx; ++i) {
+      const auto s = static_cast<std::size_t>(i);
+      x(i, k) =
+          static_cast<double>((rollout.state(segment, s, time) - structure.state_mean[s]) / structure.state_scale[s]);
+    }
+    weights(k) = w;
+    since_start.push_back(time);
+    if (k + 1 == kBlock) add_block();
+  });
+  add_block();
+  return fit.fit(ridge);
+}
+
+}  // namespace
+
 std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
                                       const Rollout& rollout) {
   std::vector<float> parameters = initial_dynamics(structure, experiment);
@@ -126,6 +177,16 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     parameters.insert(parameters.end(), map.begin(), map.end());
   }
   if (!linear) return parameters;
+  if (reads_clock_products(structure)) {
+    const Eigen::MatrixXd fit = transient_fit(structure, experiment.inverse_map.ridge, rollout);
+    float* map = parameters.data() + structure.dynamics_parameters();
+    for (Eigen::Index i = 0; i < fit.rows(); ++i) {
+      map[structure.network.layers.back().bias + i] = static_cast<float>(fit(i, 0));
+      for (Eigen::Index f = 0; f + 1 < fit.cols(); ++f)
+        map[structure.network.linear_path + i * (fit.cols() - 1) + f] = static_cast<float>(fit(i, 1 + f));
+    }
+    return parameters;
+  }
 
   // Each component of a vector is a sample for the same weights.
   const auto axes = static_cast<Eigen::Index>(structure.axes);
@@ -142,7 +203,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     for (Eigen::Index c = 0; c < axes; ++c) {
       for (Eigen::Index f = 0; f < nf; ++f) {
         const Feature& feature = structure.features[static_cast<std::size_t>(f * axes + c)];
-        u(f) = static_cast<double>((feature_value(feature, group, lane, time) - feature.mean) / feature.scale);
+        u(f) = static_cast<double>(normalised_feature(feature, group, lane, time));
       }
       for (Eigen::Index i = 0; i < nx; ++i) {
         const auto s = static_cast<std::size_t>(i * axes + c);

@@ -41,10 +41,12 @@ def with_map(model: Model, layers: Any, activation: str = "tanh", normalised: bo
         features = _identity(weights[0][0].shape[1], model.n_z, _inputs(old))
     reads = len(features)
     _check_chain(weights, reads, nx)
+    clocks = old.get("feature_clocks") if normalised else None
     network: dict[str, Any] = {
         "features": features.tolist(),
         "feature_mean": old["feature_mean"] if normalised else _numbers(input_mean, reads, 0.0, "input_mean"),
         "feature_scale": old["feature_scale"] if normalised else _numbers(input_scale, reads, 1.0, "input_scale"),
+        **({"feature_clocks": clocks} if clocks else {}),
         "activation": activation,
         "layers": [{"weights": w.tolist(), "bias": b.tolist()} for w, b in weights],
         "skip": [],

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A learned map, such as T*: a multilayer perceptron with an optional linear path beside it,
 //   out = mlp(in) + L in,   mlp = affine o activation o affine o ... o affine
+// T* may also read products of its inputs with clocks (ClockProducts); then `in` stands for [in; products].
 // jvp.h has its derivative along a direction; mlp_batch.h evaluates it for many inputs at once.
 // Generated headers write layers with one neuron per row (Dense). At compile time they are packed into the layout of
 // the kernels (PackedDense).
 #pragma once
 
+#include <cstdint>
 #include <type_traits>
 
 #include "nlo/kernels/activation.h"
@@ -118,24 +120,65 @@ struct NoLinearPath {};
 /// Stands for a map without an error head (error_head.h).
 struct NoErrorHead {};
 
-/// A learned map: network, optional linear path, and for T* an optional error head.
-template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
+/// Products that T* reads behind its inputs: in[factor] in[clock]. A clock is a latent state exp(-t / tau), which falls
+/// from 1 to 0 after a start. The products let T* depend on the time since the start for as long as z depends on it.
+template <int kCount_>
+struct ClockProducts {
+  static constexpr int kCount = kCount_;
+  std::uint16_t factors[kCount][2];  ///< {factor, clock}: indices of inputs
+
+  /// Writes [in; products] of kTogether inputs at once: `in` is n_in x kTogether, `all` has kCount rows more.
+  template <int kIn, int kTogether = 1, class Scalar>
+  constexpr void append(const Scalar* in, Scalar* all) const {
+    for (int i = 0; i < kIn * kTogether; ++i) all[i] = in[i];
+    for (int p = 0; p < kCount; ++p) {
+      const Scalar* factor = in + factors[p][0] * kTogether;
+      const Scalar* clock = in + factors[p][1] * kTogether;
+      for (int n = 0; n < kTogether; ++n) all[(kIn + p) * kTogether + n] = factor[n] * clock[n];
+    }
+  }
+};
+
+/// Stands for a map that reads no products.
+struct NoClockProducts {
+  static constexpr int kCount = 0;
+};
+
+/// A learned map: network, optional linear path, and for T* an optional error head and optional products with clocks.
+template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead,
+          class ClockProducts_ = NoClockProducts>
 struct LearnedMap {
   using Scalar = typename Mlp_::Scalar;
-  static constexpr int kIn = Mlp_::kIn;
+  static constexpr int kReads = Mlp_::kIn;  ///< inputs and products
+  static constexpr int kIn = kReads - ClockProducts_::kCount;
   static constexpr int kOut = Mlp_::kOut;
   static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
   static constexpr bool kHasError = !std::is_same_v<ErrorHead_, NoErrorHead>;
-  static_assert(!kHasLinearPath || std::is_same_v<LinearPath_, LinearPath<Scalar, kIn, kOut>> ||
+  static constexpr bool kHasClockProducts = ClockProducts_::kCount > 0;
+  static_assert(!kHasLinearPath || std::is_same_v<LinearPath_, LinearPath<Scalar, kReads, kOut>> ||
                     std::is_same_v<LinearPath_, NoLinearPath>,
                 "the linear path has the network's inputs and outputs");
   Mlp_ mlp;
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ErrorHead_ error{};
+  [[no_unique_address]] ClockProducts_ products{};
 
   /// out = map(in), n_out; in, n_in: for T* this is [z; y] or z. log2_sigma, n_out: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void evaluate(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
+    if constexpr (kHasClockProducts) {
+      Scalar all[kReads];
+      products.template append<kIn>(in, all);
+      evaluate_all<kArithmetic>(all, out, log2_sigma...);
+    } else {
+      evaluate_all<kArithmetic>(in, out, log2_sigma...);
+    }
+  }
+
+ private:
+  /// in: inputs and products.
+  template <Arithmetic kArithmetic, class... Log2Sigma>
+  void evaluate_all(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
     if constexpr (sizeof...(Log2Sigma) == 0) {
       mlp.template evaluate<kArithmetic>(in, out);
     } else {
@@ -144,7 +187,7 @@ struct LearnedMap {
     if constexpr (kHasLinearPath) {
       for (int o = 0; o < kOut; ++o) {
         Scalar total = out[o];
-        for (int i = 0; i < kIn; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
+        for (int i = 0; i < kReads; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
         out[o] = total;
       }
     }

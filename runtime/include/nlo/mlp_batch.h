@@ -19,11 +19,17 @@ void evaluate_batch(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, 
   kernels::evaluate_batch<kKind, kArithmetic, kPlants>(mlp, in, out, ping.values, pong.values);
 }
 
-template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead>
-void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
+template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead, class Products>
+void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead, Products>& map, const typename Net::Scalar* in,
                     typename Net::Scalar* out) {
+  using Map = LearnedMap<Net, LinearPath, ErrorHead, Products>;
+  LayerBuffer<typename Net::Scalar, Map::kHasClockProducts ? Net::kIn * kPlants : 1> all;
+  if constexpr (Map::kHasClockProducts) {
+    map.products.template append<Map::kIn, kPlants>(in, all.values);
+    in = all.values;
+  }
   evaluate_batch<kArithmetic, kPlants>(map.mlp, in, out);
-  if constexpr (LearnedMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
+  if constexpr (Map::kHasLinearPath) {
     for (int o = 0; o < Net::kOut; ++o) {
       for (int i = 0; i < Net::kIn; ++i) {
         for (int n = 0; n < kPlants; ++n) {

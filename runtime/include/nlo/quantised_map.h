@@ -120,31 +120,46 @@ constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first
 }
 
 /// T*: scales the inputs to Q15, evaluates the integer network, scales its sums to float, and adds the linear path.
-template <class Mlp_, class LinearPath_ = NoLinearPath>
+template <class Mlp_, class LinearPath_ = NoLinearPath, class ClockProducts_ = NoClockProducts>
 struct QuantisedMap {
   using Scalar = float;
-  static constexpr int kIn = Mlp_::kIn;
+  static constexpr int kReads = Mlp_::kIn;  ///< inputs and products
+  static constexpr int kIn = kReads - ClockProducts_::kCount;
   static constexpr int kOut = Mlp_::kOut;
   static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
-  float centre[kIn];
-  float gain[kIn];  ///< 32767 / (half of the range of the input)
+  static constexpr bool kHasClockProducts = ClockProducts_::kCount > 0;
+  float centre[kReads];
+  float gain[kReads];  ///< 32767 / (half of the range of the input)
   Mlp_ mlp;
   float scale[kOut];  ///< from the sums of the last layer to x_hat
   [[no_unique_address]] LinearPath_ linear_path{};
+  [[no_unique_address]] ClockProducts_ products{};
 
   /// out = T*(in), n_out; in = [z; y] or z, n_in.
   template <Arithmetic = Arithmetic::kDeterministic>
   void evaluate(const float* in, float* out) const {
+    if constexpr (kHasClockProducts) {
+      float all[kReads];
+      products.template append<kIn>(in, all);
+      evaluate_all(all, out);
+    } else {
+      evaluate_all(in, out);
+    }
+  }
+
+ private:
+  /// in: inputs and products.
+  void evaluate_all(const float* in, float* out) const {
     alignas(4) std::int16_t ping[Mlp_::kWidest];
     alignas(4) std::int16_t pong[Mlp_::kWidest];
-    if constexpr (kIn % 2 != 0) ping[kIn] = 0;
-    for (int i = 0; i < kIn; ++i) ping[i] = kernels::int16::quantised(in[i] - centre[i], gain[i]);
+    if constexpr (kReads % 2 != 0) ping[kReads] = 0;
+    for (int i = 0; i < kReads; ++i) ping[i] = kernels::int16::quantised(in[i] - centre[i], gain[i]);
     std::int32_t sums[kOut];
     mlp.run(ping, pong, sums);
     for (int o = 0; o < kOut; ++o) {
       float total = rounded(scale[o] * static_cast<float>(sums[o]));
       if constexpr (kHasLinearPath) {
-        for (int i = 0; i < kIn; ++i) {
+        for (int i = 0; i < kReads; ++i) {
           total = multiply_add<Arithmetic::kDeterministic>(linear_path.weights[o][i], in[i], total);
         }
       }

@@ -2,6 +2,7 @@
 #include "trainer/judge/evaluation/linear_readout.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "codegen/base/error.h"
@@ -26,6 +27,7 @@ LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::C
     map_ = map->features;
     mean_ = map->feature_mean;
     scale_ = map->feature_scale;
+    clocks_ = map->feature_clocks;
   } else {
     map_ = MatrixXd::Identity(model.nz() + model.nr(), model.nz() + model.nr());
     mean_ = VectorXd::Zero(map_.rows());
@@ -37,16 +39,23 @@ MatrixXd LinearReadout::features(const codegen::Run& run) const {
   const Index nz = run.z.rows(), ny = run.y.rows();
   MatrixXd u = map_.leftCols(nz) * run.z;
   if (map_.cols() == nz + ny) u += map_.rightCols(ny) * run.y;
-  return (u.colwise() - mean_).array().colwise() / scale_.array();
+  u = ((u.colwise() - mean_).array().colwise() / scale_.array()).matrix();
+  codegen::multiply_by_clocks(u, run.z, clocks_);
+  return u;
 }
 
 void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
-  ridge_.add(features(run), angles_encoded(truth.states, states_), truth.weight);
+  const MatrixXd states = angles_encoded(truth.states, states_);
+  ridge_.add(features(run), states, truth.weight);
+  if (clocks_.empty()) return;
+  std::vector<int> since_start(static_cast<std::size_t>(run.z.cols()));
+  std::iota(since_start.begin(), since_start.end(), 0);
+  of_products_.add(features(run), states, truth.weight, since_start);
 }
 
 void LinearReadout::fit() {
   if (!(ridge_.weight() > 0.0)) throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
-  weights_ = ridge_.fit(kRidge);
+  weights_ = clocks_.empty() ? ridge_.fit(kRidge) : of_products_.fit(kRidge);
 }
 
 MatrixXd LinearReadout::estimate(const codegen::Run& run) const {

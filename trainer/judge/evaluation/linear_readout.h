@@ -37,8 +37,10 @@ class LinearReadout {
   std::vector<codegen::Channel> states_;
   Eigen::MatrixXd map_;           ///< [z; y] or z to features, n_u x n_in
   Eigen::VectorXd mean_, scale_;  ///< n_u, as training normalised them
+  std::vector<int> clocks_;       ///< as codegen::Network::feature_clocks
   Ridge ridge_;
-  Eigen::MatrixXd weights_;  ///< W, states (an angle twice) x (1 + n_u)
+  TransientRidge of_products_;  ///< takes its place where features are multiplied by clocks
+  Eigen::MatrixXd weights_;     ///< W, states (an angle twice) x (1 + n_u)
 };
 
 }  // namespace nlo::trainer

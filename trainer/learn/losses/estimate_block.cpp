@@ -38,6 +38,10 @@ void EstimateBlock::read_features() {
     const FeatureFormula<float> formula(feature);
     for (int s = 0; s < samples_.count; ++s)
       row[s] = formula.normalised(z != nullptr ? z + offsets[s] : nullptr, y != nullptr ? y + offsets[s] : nullptr);
+    if (feature.clock >= 0) {
+      const float* clock = group.latent.data() + group.at(feature.clock, 0);
+      for (int s = 0; s < samples_.count; ++s) row[s] *= clock[offsets[s]];
+    }
     std::fill(row + samples_.count, row + kBlock, 0.0F);
   }
 }
@@ -51,6 +55,11 @@ void EstimateBlock::pull_back_features() {
     float* g = group.cotangent.data() + group.at(features[f].latent, 0);
     const float* du = network_->input_cotangent() + f * kRow;
     const float inverse = FeatureFormula<float>(features[f]).inverse;
+    if (features[f].clock >= 0) {  // nothing of a clock is learned: only the factor has a cotangent
+      const float* clock = group.latent.data() + group.at(features[f].clock, 0);
+      for (int s = 0; s < samples_.count; ++s) g[offsets[s]] += inverse * clock[offsets[s]] * du[s];
+      continue;
+    }
     for (int s = 0; s < samples_.count; ++s) g[offsets[s]] += inverse * du[s];
   }
 }

@@ -18,9 +18,14 @@ namespace {
 constexpr double kFarBeyondScale = 50.0;
 
 std::string name_of(const ObserverStructure& structure, const std::vector<Channel>& readings, const Feature& feature) {
-  for (const Mode& mode : structure.latent.modes)
-    if (is_clock(structure, feature) && mode.row == feature.latent)
-      return fmt::format("the clock of {:.3g} s", -1.0 / structure.eigenvalues[static_cast<std::size_t>(mode.row)]);
+  const auto clock = [&](int row) {
+    return fmt::format("the clock of {:.3g} s", -1.0 / structure.eigenvalues[static_cast<std::size_t>(row)]);
+  };
+  if (feature.without >= 0)
+    return fmt::format("{} times {}",
+                       name_of(structure, readings, structure.features[static_cast<std::size_t>(feature.without)]),
+                       clock(feature.clock));
+  if (is_clock(structure, feature)) return clock(feature.latent);
   const std::string reading = feature.reading < 0 ? "" : readings[static_cast<std::size_t>(feature.reading)].name;
   const bool is_input = feature.reading >= structure.outputs();
   if (feature.latent < 0) return fmt::format("the {} {}", is_input ? "input" : "output", reading);
@@ -111,8 +116,7 @@ LargestFeature largest_feature(const ObserverStructure& structure, const std::ve
   for (const Feature& feature : structure.features) {
     double reach = 0.0;
     for_each_sample(flight, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
-      const float u = (feature_value(feature, group, lane, time) - feature.mean) / feature.scale;
-      reach = std::max(reach, std::abs(static_cast<double>(u)));
+      reach = std::max(reach, std::abs(static_cast<double>(normalised_feature(feature, group, lane, time))));
     });
     if (reach > largest.reach) largest = {name_of(structure, readings, feature), reach};
   }

@@ -21,6 +21,7 @@ RowInputs::RowInputs(const codegen::Model& model, const SampledTruth& training) 
     of_ = map->features;
     mean_ = map->feature_mean;
     scale_ = map->feature_scale;
+    clocks_ = map->feature_clocks;
   } else {
     of_ = MatrixXd::Identity(both, both);
     mean_ = VectorXd::Zero(both);
@@ -51,13 +52,16 @@ VectorXd RowInputs::reading_alone(std::size_t index) const {
 MatrixXd RowInputs::values(const SampledTruth& samples) const {
   MatrixXd u = of_.leftCols(samples.z.rows()) * samples.z;
   if (of_.cols() > samples.z.rows()) u += of_.rightCols(samples.y.rows()) * samples.y;
-  return (u.colwise() - mean_).array().colwise() / scale_.array();
+  u = ((u.colwise() - mean_).array().colwise() / scale_.array()).matrix();
+  codegen::multiply_by_clocks(u, samples.z, clocks_);
+  return u;
 }
 
 void RowInputs::extend(codegen::Network& map) const {
   map.features = of_;
   map.feature_mean = mean_;
   map.feature_scale = scale_;
+  map.feature_clocks = clocks_;
   MatrixXd& first = map.layers.front().weights;
   first.conservativeResizeLike(MatrixXd::Zero(first.rows(), all()));
   if (map.skip.size() != 0) map.skip.conservativeResizeLike(MatrixXd::Zero(map.skip.rows(), all()));
@@ -71,6 +75,7 @@ void RowInputs::append(const VectorXd& row, double mean, double deviation) {
   scale_.conservativeResize(at + 1);
   mean_(at) = mean;
   scale_(at) = deviation > 1e-12 ? deviation : 1.0;
+  if (!clocks_.empty()) clocks_.push_back(-1);
 }
 
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
@@ -79,10 +84,14 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
   std::vector<RowCandidate> result;
   const auto fit = [&](Index columns) {
     Ridge ridge;
-    ridge.add(u.topRows(columns), training.x, training.weights);
+    TransientRidge of_products;
+    if (inputs.has_clocks())
+      of_products.add(u.topRows(columns), training.x, training.weights, training.since_start);
+    else
+      ridge.add(u.topRows(columns), training.x, training.weights);
     for (const double strength : kRidges) {
       MatrixXd rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
-      rows.leftCols(1 + columns) = ridge.fit(strength);
+      rows.leftCols(1 + columns) = inputs.has_clocks() ? of_products.fit(strength) : ridge.fit(strength);
       result.push_back({std::move(rows), columns > inputs.features()});
     }
   };

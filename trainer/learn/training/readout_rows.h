@@ -20,6 +20,7 @@ class RowInputs {
 
   Eigen::Index features() const { return features_; }
   Eigen::Index all() const { return of_.rows(); }
+  bool has_clocks() const { return !clocks_.empty(); }
   const std::vector<int>& readings() const { return readings_; }
   /// The row that reads reading `j` alone, [intercept, columns].
   Eigen::VectorXd reading_alone(std::size_t index) const;
@@ -33,6 +34,7 @@ class RowInputs {
 
   Eigen::MatrixXd of_;
   Eigen::VectorXd mean_, scale_;
+  std::vector<int> clocks_;  // as codegen::Network::feature_clocks
   Eigen::Index features_ = 0;
   std::vector<int> readings_;
 };
@@ -44,7 +46,7 @@ struct RowCandidate {
 };
 
 /// The simpler ones first: of the features, a ridge of each strength, then the constant; where there are readings to
-/// read beside them, the same ridges of both, then each reading alone.
+/// read beside them, the same ridges of both, then each reading alone. Of products with clocks: TransientRidge.
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
                                          const SampledTruth& training);
 inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
