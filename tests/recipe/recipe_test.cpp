@@ -4,11 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "codegen/base/error.h"
 #include "trainer/choose/mode_banks.h"
 #include "trainer/choose/readout_probe.h"
+#include "trainer/choose/resonances.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
@@ -255,6 +258,74 @@ TEST(ModeBanks, ScaleWithTheUnitOfTime) {
   ASSERT_EQ(seconds.size(), milliseconds.size());
   for (std::size_t i = 0; i < seconds.size(); ++i)
     EXPECT_NEAR(seconds[i].slowest(), 1000.0 * milliseconds[i].slowest(), kRounding * seconds[i].slowest());
+}
+
+/// Logarithm of an error that falls with the distance of the nearest pair to each of these poles: 0 at the pole, 1 for
+/// one that has nothing in common with it (the pseudo-hyperbolic distance of the half plane).
+double log_distance(const ModeBank& bank, const std::vector<std::complex<double>>& poles) {
+  double sum = 0.0;
+  for (const std::complex<double> pole : poles) {
+    double nearest = 1.0;
+    for (const auto& [re, im] : bank.pairs)
+      nearest = std::min(nearest, std::abs(std::complex<double>(re, im) - pole) /
+                                      std::abs(std::complex<double>(re, im) + std::conj(pole)));
+    sum += nearest;
+  }
+  return std::log(0.1 + sum);
+}
+
+ModeBank with_resonances_at(const std::vector<std::complex<double>>& poles, double longest_s = 10.0, int rows = 20) {
+  const ModeBank bank{.pairs = {}, .real = {-1.0, -4.0}};
+  return with_resonances(bank, 0.01, longest_s, rows,
+                         [&](const ModeBank& tried) { return log_distance(tried, poles); });
+}
+
+TEST(Resonances, StandWhereThePolesAre) {
+  const ModeBank bank = with_resonances_at({{-1.5, 40.0}, {-3.0, 12.0}});
+  ASSERT_EQ(bank.pairs.size(), 2U);
+  for (const std::complex<double> pole : {std::complex<double>(-1.5, 40.0), {-3.0, 12.0}}) {
+    double nearest = 1e9;
+    for (const auto& [re, im] : bank.pairs) nearest = std::min(nearest, std::abs(std::complex<double>(re, im) - pole));
+    EXPECT_LT(nearest, 0.4 * -pole.real()) << pole;  // the last step of the search is 1.25 % of the frequency
+  }
+}
+
+TEST(Resonances, AreNotAddedWhereTheyGainNothing) {
+  EXPECT_TRUE(with_resonances_at({}).pairs.empty());
+}
+
+TEST(Resonances, KeepWithinTheRowsAndTheLongestTimeConstant) {
+  EXPECT_TRUE(with_resonances_at({{-1.5, 40.0}}, 10.0, 3).pairs.empty());  // a pair has two rows, the bank two already
+  for (const auto& [re, im] : with_resonances_at({{-0.02, 40.0}}, 1.0).pairs) EXPECT_LE(re, -1.0 + kRounding);
+}
+
+// A spring that rings for ten periods; its force is known, its position is measured with more noise than it moves.
+TEST(Recipe, PlacesALightlyDampedPairAtTheResonanceOfAPlant) {
+  const Recipe recipe = derived(R"toml(name = "spring"
+[plant]
+states = ["position", "speed"]
+derivative = ["speed", "-400 * position - 0.8 * speed + force"]
+inputs = ["force"]
+output_names = ["y"]
+outputs = ["position"]
+[simulation]
+horizon_s = 20.0
+sample_period_s = 0.01
+trajectories = 60
+initial_low = [-0.1, -2.0]
+initial_high = [0.1, 2.0]
+[excitation]
+low = [-40.0]
+high = [40.0]
+[training]
+noise = "gaussian:0.5"
+trajectories_per_step = 8
+samples_per_step = 256
+)toml");
+  bool found = false;  // poles at -0.4 +- 20 i
+  for (const auto& [re, im] : recipe.experiment.observer.pairs)
+    found = found || (std::abs(im - 20.0) < 1.0 && re > -1.5);
+  EXPECT_TRUE(found) << recipe.text;
 }
 
 TEST(ModeBanks, HaveAtMostAsManyRowsAsManyChannelsAllow) {

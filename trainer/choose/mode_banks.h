@@ -12,7 +12,8 @@ namespace nlo::trainer {
 struct ModeBank {
   std::vector<std::array<double, 2>> pairs;  ///< complex pairs re +- i im
   std::vector<double> real;
-  int form = 0;  ///< which of the forms it is, at another speed
+  int form = 0;        ///< which of the forms it is, at another speed
+  int resonances = 0;  ///< how many of the pairs, the last ones, resonances.h has added
 
   int rows() const { return 2 * static_cast<int>(pairs.size()) + static_cast<int>(real.size()); }
   double slowest() const;  ///< min |Re lambda|

@@ -21,10 +21,12 @@
 #include "trainer/choose/mode_banks.h"
 #include "trainer/choose/pilot.h"
 #include "trainer/choose/readout_probe.h"
+#include "trainer/choose/resonances.h"
 #include "trainer/plants/odd_plant.h"
 #include "trainer/plants/plant_form.h"
 #include "trainer/plants/plant_registry.h"
 #include "trainer/structures/kkl_family.h"
+#include "trainer/structures/structure_table.h"
 
 namespace nlo::trainer {
 namespace {
@@ -157,8 +159,10 @@ class Deriver {
     return e;
   }
 
+  /// Products with clocks are learned from starts. Logs have few: four logs of a pendulum made the transient worse.
   bool may_read_clock_products() const {
-    return base_.observer.structure == "kkl" && !given("observer.clocks_s") && !given("observer.clock_products");
+    return structure_of(base_.observer).may_read_clock_products() && !base_.log && !given("observer.clocks_s") &&
+           !given("observer.clock_products");
   }
 
   /// The same observer with a clock for each time scale of D, whose T* reads products with them.
@@ -260,7 +264,19 @@ class Deriver {
         if (!too_slow(bank)) measure(bank, choice.reading);
       }
     tried_ = rough.size() + fine.size();
-    return best_of_forms(fine);
+    std::vector<Choice> best = best_of_forms(fine);
+    const ModeBank resonant =
+        with_resonances(best.front().bank, period_s_, longest_s, kMostFeatures / std::max(1, readings_count),
+                        [&](const ModeBank& bank) {
+                          ++tried_;
+                          return probe.error(with(bank, best.front().reading), 0, kFewSamples).mean_log();
+                        });
+    if (resonant.rows() > best.front().bank.rows()) {
+      measure(resonant, best.front().reading);
+      best.insert(best.begin(), fine.back());
+      best.resize(std::min(best.size(), kFinalists));
+    }
+    return best;
   }
 
   /// The least share of its linear error that a curved readout leaves any state.
@@ -278,6 +294,12 @@ class Deriver {
     TrainingConfig& t = e.training;
     set("inverse_map.hidden", map.hidden, wide ? std::vector<int>{48, 48} : std::vector<int>{32, 32});
     set("inverse_map.activation", map.activation, std::string("silu"));
+    if (e.log && choice.bank.resonances > 0) {
+      // The last per cent of a resonance's frequency and damping: on Silverbox a third of the error. Rates of the
+      // network's size would throw a pair of little damping out of its resonance.
+      set("observer.learn_eigenvalues", e.observer.learn_eigenvalues, true);
+      set("training.eigenvalue_learning_rate", t.eigenvalue_learning_rate, 1e-3);
+    }
     if (e.log) set("inverse_map.ridge", map.ridge, std::clamp(choice.error.ridge, 1e-6, 1e-2));
     set("training.steps", t.steps, e.log ? 5000 : wide ? 8000 : 4000);
     set("training.trajectories_per_step", t.trajectories_per_step, 32);

@@ -18,6 +18,8 @@ class Kkl final : public KklFamily {
  public:
   std::string_view name() const override { return "kkl"; }
 
+  bool may_read_clock_products() const override { return true; }
+
   std::vector<Key<ObserverConfig>> own_keys() const override {
     std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
     keys.push_back(own_key<ObserverConfig>(

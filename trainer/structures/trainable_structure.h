@@ -47,6 +47,8 @@ class TrainableStructure {
   // Its parts.
   /// Whether it has eigenvalues of a D, for parameters, penalties and constants.
   virtual bool has_eigenvalues() const { return false; }
+  /// T* may read products of its features with clocks (KklConfig::clock_products).
+  virtual bool may_read_clock_products() const { return false; }
   virtual bool has_dynamics_network() const { return false; }
   virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
   virtual bool flies_forward_map() const { return false; }
