@@ -16,6 +16,7 @@
 #include "trainer/data/csv_format.h"
 #include "trainer/data/guess/column_numbers.h"
 #include "trainer/data/guess/heading.h"
+#include "trainer/data/guess/role_word.h"
 
 namespace nlo::trainer {
 namespace {
@@ -86,22 +87,21 @@ TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
   const auto cells = [](int k) {
     return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), 0.5 * std::sin(0.3 * k)});
   };
-  const GuessedLog open = guess("time,position,velocity,voltage", cells);
-  EXPECT_THAT(open.undecided(), ElementsAre("position", "velocity", "voltage"));
+  const GuessedLog open = guess("time,position,velocity,strain", cells);
+  EXPECT_THAT(open.undecided(), ElementsAre("position", "velocity", "strain"));
   EXPECT_EQ(open.count(ColumnRole::kOutput) + open.count(ColumnRole::kState), 0U);
-  const GuessedLog told =
-      guess("time,position,velocity,voltage", cells, {{"velocity"}, {"position"}, {"voltage"}, 0.0});
+  const GuessedLog told = guess("time,position,velocity,strain", cells, {{"velocity"}, {"position"}, {"strain"}, 0.0});
   EXPECT_THAT(told.undecided(), IsEmpty());
   EXPECT_EQ(column(told, "velocity").role, ColumnRole::kState);
   EXPECT_EQ(column(told, "position").role, ColumnRole::kOutput);
-  EXPECT_EQ(column(told, "voltage").role, ColumnRole::kInput);
+  EXPECT_EQ(column(told, "strain").role, ColumnRole::kInput);
   // A measured column may be the truth, too: then it stands for two columns.
   const GuessedLog both =
-      guess("time,position,velocity,voltage", cells, {{"position", "velocity"}, {"position"}, {}, 0.0});
+      guess("time,position,velocity,strain", cells, {{"position", "velocity"}, {"position"}, {}, 0.0});
   EXPECT_EQ(column(both, "position").role, ColumnRole::kState);
   EXPECT_EQ(column(both, "position_measured").role, ColumnRole::kOutput);
   EXPECT_EQ(column(both, "position_measured").heading, "position");
-  EXPECT_EQ(column(both, "voltage").why, "no option names it");
+  EXPECT_EQ(column(both, "strain").why, "no option names it");
 }
 
 TEST_F(LogGuess, TakesAColumnWithAValueInEachNthRowForASlowSensor) {
@@ -123,6 +123,85 @@ TEST_F(LogGuess, TakesAColumnWithAValueInEachNthRowForASlowSensor) {
   EXPECT_EQ(column(one_rate, "pos").period_s, 0.0);
   const GuessedLog slow_truth = guess("time,acc,pos,v", log(20, true));
   EXPECT_EQ(column(slow_truth, "pos").role, ColumnRole::kState) << "control: all of the rest are slow";
+}
+
+/// Roles of columns with these headings, in their order, each with numbers of its own that move.
+std::vector<ColumnRole> roles_of(const std::vector<std::string>& headings) {
+  std::vector<Heading> parsed;
+  for (const std::string& heading : headings) parsed.push_back(read_heading(heading, headings));
+  std::vector<ColumnRole> roles;
+  for (const Heading& heading : parsed) roles.push_back(role_word(heading, parsed).role);
+  return roles;
+}
+
+TEST(RoleWord, IsOfWholeWordsInAnyCaseWithOrWithoutANumber) {
+  constexpr auto kIn = ColumnRole::kInput, kOut = ColumnRole::kOutput, kNone = ColumnRole::kIgnored;
+  EXPECT_THAT(roles_of({"cmd_vel.linear.x", "cmdVel", "Motor PWM2", "STEERING", "u_cmd", "SteeringWheelAngle [deg]"}),
+              testing::Each(kIn));
+  EXPECT_THAT(roles_of({"leftWheelSpeed", "IMUGyroZ", "odom/twist/x", "encoder_1", "hall3"}), testing::Each(kOut));
+  EXPECT_THAT(roles_of({"ax", "ay", "gx", "gz"}), testing::Each(kOut));
+  EXPECT_THAT(roles_of({"ax", "gx"}), testing::Each(kNone)) << "control: one axis alone is a name";
+  // Controls: parts of words.
+  EXPECT_THAT(roles_of({"cmdr", "refraction", "wheelhouse", "modest", "i_d", "throttled"}), testing::Each(kNone));
+}
+
+TEST(RoleWord, TakesASetPointForAnInputOnlyWhereNoCommandFollowsFromIt) {
+  EXPECT_THAT(roles_of({"speed", "set_point"}), ElementsAre(ColumnRole::kIgnored, ColumnRole::kInput));
+  EXPECT_THAT(roles_of({"SpeedRef", "steering_ref", "duty"}),
+              ElementsAre(ColumnRole::kIgnored, ColumnRole::kInput, ColumnRole::kInput));
+}
+
+TEST(RoleWord, MeasuresTheVoltageOfABatteryAndCommandsThatOfAMotor) {
+  EXPECT_THAT(roles_of({"Voltage(V)", "Current(A)", "T", "SoC"}),
+              ElementsAre(ColumnRole::kOutput, ColumnRole::kInput, ColumnRole::kOutput, ColumnRole::kState));
+  EXPECT_THAT(roles_of({"voltage", "current", "T", "battery_voltage"}),
+              ElementsAre(ColumnRole::kInput, ColumnRole::kIgnored, ColumnRole::kIgnored, ColumnRole::kIgnored));
+}
+
+TEST_F(LogGuess, TakesNoClockForATruthThatIsToBeEstimated) {
+  const GuessedLog log = guess("time,ros_stamp,uptime_ms,gyro,angle,T", [](int k) {
+    return row({0.01 * k, 1.7e9 + 0.01 * k + 0.001 * (k % 3), 10.0 * k + k % 2, std::sin(0.1 * k), std::cos(0.1 * k),
+                20.0 + std::sin(0.2 * k)});
+  });
+  EXPECT_EQ(log.clock.heading, "time");
+  for (const char* name : {"ros_stamp", "uptime"}) {
+    EXPECT_EQ(column(log, name).role, ColumnRole::kIgnored) << name;
+    EXPECT_THAT(column(log, name).why, HasSubstr("a time, and \"time\" is the clock"));
+  }
+  EXPECT_EQ(column(log, "angle").role, ColumnRole::kState) << "control";
+  EXPECT_EQ(column(log, "t").role, ColumnRole::kState) << "control: it goes up and down";
+  EXPECT_THAT(log.notes, IsEmpty()) << "the clock is found before T is tried";
+}
+
+TEST_F(LogGuess, AsksForOneColumnWhereAStampIsInTwo) {
+  const auto cells = [](int k) {
+    return std::to_string(1700000000 + k / 50) + "," + std::to_string(k % 50 * 20000000) + "," +
+           row({std::sin(0.1 * k), std::cos(0.1 * k)});
+  };
+  const GuessedLog log = guess("header.stamp.sec,header.stamp.nanosec,gyro,x", cells);
+  EXPECT_EQ(log.clock.heading, "");
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("\"header.stamp.sec\" and \"header.stamp.nanosec\" are one stamp")));
+  EXPECT_EQ(column(log, "header_stamp_sec").role, ColumnRole::kIgnored);
+  EXPECT_EQ(column(log, "x").role, ColumnRole::kState);
+  const GuessedLog with_time = guess("time,stamp_sec,stamp_nanosec,gyro", [&](int k) {
+    return row({0.02 * k}) + "," + cells(k).substr(0, cells(k).rfind(','));
+  });
+  EXPECT_EQ(with_time.clock.heading, "time");
+  EXPECT_THAT(with_time.notes, IsEmpty()) << "control: another column is the clock";
+}
+
+TEST_F(LogGuess, TakesAQuantityOfSensorsForATruthOnlyWhereNothingElseIsLeft) {
+  const auto cells = [](int k) {
+    return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), std::sin(0.3 * k), std::sin(0.2 * k)});
+  };
+  const GuessedLog car = guess("t,acc_x,yaw_rate,current_a,v", cells);
+  EXPECT_EQ(column(car, "yaw_rate").role, ColumnRole::kOutput);
+  EXPECT_THAT(column(car, "yaw_rate").why, HasSubstr("CHECK: \"yaw rate\""));
+  EXPECT_EQ(column(car, "current").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(car, "v").role, ColumnRole::kState);
+  const GuessedLog open = guess("t,acc_x,yaw_rate,current_a,gyro", cells);
+  EXPECT_THAT(open.undecided(), ElementsAre("yaw_rate", "current"));
+  EXPECT_EQ(open.count(ColumnRole::kState), 0U);
 }
 
 TEST_F(LogGuess, NamesTheNearestColumnOfAWrongHint) {

@@ -144,13 +144,17 @@ Heading read_heading(const std::string& heading, const std::vector<std::string>&
   const auto end_word = [&] {
     if (!word.empty()) result.words.push_back(std::exchange(word, ""));
   };
-  bool after_small = false;
-  for (const char c : rest) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool is_letter = byte < 0x80 && std::isalnum(byte) != 0, is_big = is_letter && std::isupper(byte) != 0;
-    if (!is_letter || (is_big && after_small)) end_word();
-    if (is_letter) word += static_cast<char>(std::tolower(byte));
-    after_small = is_letter && !is_big;
+  const auto is = [&](std::size_t at, int (*of_class)(int)) {
+    return at < rest.size() && static_cast<unsigned char>(rest[at]) < 0x80 &&
+           of_class(static_cast<unsigned char>(rest[at])) != 0;
+  };
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    const bool is_letter = is(i, std::isalnum), is_big = is_letter && is(i, std::isupper);
+    const bool after_small = i > 0 && is(i - 1, std::isalnum) && !is(i - 1, std::isupper);
+    // "IMUGyro": the last of several capitals begins the next word where two small letters follow it.
+    const bool ends_capitals = i > 0 && is(i - 1, std::isupper) && is(i + 1, std::islower) && is(i + 2, std::islower);
+    if (!is_letter || (is_big && (after_small || ends_capitals))) end_word();
+    if (is_letter) word += static_cast<char>(std::tolower(static_cast<unsigned char>(rest[i])));
   }
   end_word();
   for (const std::string& each : result.words) result.name += (result.name.empty() ? "" : "_") + each;
@@ -161,68 +165,6 @@ Heading read_heading(const std::string& heading, const std::vector<std::string>&
   while (result.name.ends_with('_')) result.name.pop_back();
   if (!codegen::is_identifier(result.name)) result.name = "log_" + result.name;
   return result;
-}
-
-namespace {
-
-using Words = std::vector<std::string_view>;
-
-const Words& time_words() {
-  static const Words kWords = {"time",    "t",     "timestamp", "datetime", "stamp",
-                               "elapsed", "clock", "millis",    "micros",   "epoch"};
-  return kWords;
-}
-
-const Words& input_words() {
-  static const Words kWords = {"u",    "cmd",      "command", "commanded", "input",  "ctrl",     "control", "pwm",
-                               "duty", "throttle", "thrust",  "valve",     "heater", "actuator", "pedal",   "brake"};
-  return kWords;
-}
-
-const Words& truth_words() {
-  static const Words kWords = {"truth", "true", "gt", "groundtruth", "mocap", "vicon", "optitrack", "exact"};
-  return kWords;
-}
-
-const Words& sensor_words() {
-  static const Words kWords = {"measured", "meas",    "measurement", "sensor", "noisy",        "raw",   "adc",
-                               "enc",      "encoder", "gyro",        "gyr",    "acc",          "accel", "accelerometer",
-                               "imu",      "baro",    "barometer",   "mag",    "magnetometer", "gps",   "gnss",
-                               "lidar",    "sonar",   "thermistor",  "tacho",  "potentiometer"};
-  return kWords;
-}
-
-const Words& aside_words() {
-  static const Words kWords = {"setpoint", "desired", "target", "id", "index", "row", "counter", "clean"};
-  return kWords;
-}
-
-/// The first word of a heading that is among some; empty: none is.
-std::string among(const Heading& heading, const Words& words) {
-  for (const std::string& word : heading.words)
-    if (std::ranges::find(words, word) != words.end()) return word;
-  return "";
-}
-
-bool has_heading(const std::vector<std::string>& all, const std::string& name) {
-  return std::ranges::any_of(all, [&](const std::string& heading) { return read_heading(heading, all).name == name; });
-}
-
-/// "u", "u2": the letter by itself.
-bool is_letter(const Heading& heading, char letter) {
-  return heading.name.size() <= 2 && heading.name.front() == letter &&
-         (heading.name.size() == 1 || (heading.name[1] >= '0' && heading.name[1] <= '9'));
-}
-
-}  // namespace
-
-bool is_time_word(const Heading& heading) {
-  if (heading.words.empty()) return false;
-  const bool is_unit =
-      heading.words.size() == 1 && (heading.name == "s" || heading.name == "ms" || heading.name == "us" ||
-                                    heading.name == "sec" || heading.name == "seconds");
-  return is_unit || heading.words.front() == "time" || heading.words.back() == "time" ||
-         (heading.words.size() <= 2 && !among(heading, time_words()).empty() && heading.words.front() != "u");
 }
 
 TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
@@ -245,27 +187,8 @@ TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
   return {"s", 1.0, "CHECK its unit: nothing tells it"};
 }
 
-RoleWord role_word(const Heading& heading, const std::vector<std::string>& all_headings) {
-  if (const std::string word = among(heading, aside_words()); !word.empty())
-    return {ColumnRole::kIgnored, true, fmt::format("\"{}\" is neither measured nor what acts", word)};
-  if (const std::string word = among(heading, truth_words()); !word.empty())
-    return {ColumnRole::kState, false, fmt::format("\"{}\" in its heading: the truth, which only a log has", word)};
-  if (const std::string word = among(heading, input_words()); !word.empty() && (word != "u" || is_letter(heading, 'u')))
-    return {ColumnRole::kInput, false, fmt::format("\"{}\" in its heading: what a controller commands", word)};
-  if (const std::string word = among(heading, sensor_words()); !word.empty())
-    return {ColumnRole::kOutput, false, fmt::format("\"{}\" in its heading: a sensor", word)};
-  for (const char* suffix : {"_measured", "_meas", "_noisy", "_raw", "_sensor"})
-    if (has_heading(all_headings, heading.name + suffix))
-      return {ColumnRole::kIgnored, true,
-              fmt::format("\"{}{}\" is the same as a sensor gives it", heading.name, suffix)};
-  if (is_letter(heading, 'u')) return {ColumnRole::kInput, false, "an input by its letter"};
-  if (is_letter(heading, 'y') && !has_heading(all_headings, "x"))
-    return {ColumnRole::kOutput, false, "an output by its letter"};
-  return {};
-}
-
 bool is_position(const std::string& unit) {
-  static const Words kUnits = {"m", "cm", "mm", "um", "km", "rad", "deg"};
+  static const std::vector<std::string_view> kUnits = {"m", "cm", "mm", "um", "km", "rad", "deg"};
   return std::ranges::find(kUnits, unit) != kUnits.end();
 }
 

@@ -16,6 +16,7 @@
 #include "trainer/data/csv_format.h"
 #include "trainer/data/guess/column_numbers.h"
 #include "trainer/data/guess/heading.h"
+#include "trainer/data/guess/role_word.h"
 #include "trainer/data/guess/split_files.h"
 
 namespace nlo::trainer {
@@ -45,8 +46,9 @@ class Guess {
       // A unit below the headings is one in brackets behind its heading.
       if (const std::string unit = tables_.front().unit(heading); !unit.empty())
         parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
-      numbers_.push_back(ColumnNumbers::of(tables_, heading, is_command(parsed_.back())));
     }
+    for (std::size_t i = 0; i < headings_.size(); ++i)
+      numbers_.push_back(ColumnNumbers::of(tables_, headings_[i], is_command(parsed_[i])));
     find_clock();
     for (std::size_t i = 0; i < headings_.size(); ++i)
       if (headings_[i] != log_.clock.heading) add(i);
@@ -65,7 +67,7 @@ class Guess {
   }
 
   bool is_command(const Heading& heading) const {
-    return role_word(heading, headings_).role == ColumnRole::kInput ||
+    return role_word(heading, parsed_).role == ColumnRole::kInput ||
            std::ranges::any_of(hints_.inputs, [&](const std::string& h) {
              return h == heading.name || read_heading(h, headings_).name == heading.name;
            });
@@ -91,8 +93,8 @@ class Guess {
       notes = std::move(of_it);
       clock.why = why;
     };
-    for (std::size_t i = headings_.size(); i-- > 0;) {
-      if (!is_time_word(parsed_[i])) continue;
+    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+      if (!is_time_word(parsed_[i]) || is_half_stamp(parsed_[i], parsed_)) continue;
       try {
         take(i, "its heading, and it increases");
       } catch (const codegen::Error& error) {
@@ -101,6 +103,7 @@ class Guess {
       }
     }
     for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+      if (is_half_stamp(parsed_[i], parsed_)) continue;
       if (numbers_[i].increases() && numbers_[i].is_even() && !numbers_[i].counts_rows())
         take(i, "it increases by even steps");
       else if (!numbers_[i].is_numeric() && read_clock_text(numbers_[i].first_cell()))
@@ -108,6 +111,7 @@ class Guess {
     }
     log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
     if (found == headings_.size()) {
+      note_half_stamps();
       clock.period_s = hints_.period_s;
       return;
     }
@@ -120,6 +124,29 @@ class Guess {
     clock.period_s = steps.median * unit.seconds;
     clock.deviation = steps.deviation;
     clock.duration_s = steps.duration * unit.seconds;
+  }
+
+  void note_half_stamps() {
+    std::vector<std::string> halves;
+    for (std::size_t i = 0; i < headings_.size(); ++i)
+      if (is_half_stamp(parsed_[i], parsed_)) halves.push_back(fmt::format("\"{}\"", headings_[i]));
+    if (!halves.empty())
+      log_.notes.push_back(
+          fmt::format("{} are one stamp in two columns, and no clock is read from two: write seconds + 1e-9 * "
+                      "nanoseconds into one column, with all digits",
+                      fmt::join(halves, " and ")));
+  }
+
+  /// Why a column that is not the clock is a time all the same; empty: nothing tells.
+  std::string why_other_time(std::size_t i) const {
+    if (is_half_stamp(parsed_[i], parsed_)) return "a part of a stamp";
+    static const std::vector<std::string> kUnits = {"s", "ms", "us", "ns"};
+    const bool has_time_unit = std::ranges::find(kUnits, parsed_[i].unit) != kUnits.end();
+    // "T" that goes up and down is a temperature.
+    const bool is_time = is_time_word(parsed_[i]) && (parsed_[i].name.size() > 1 || numbers_[i].increases());
+    if (!is_time && !(has_time_unit && numbers_[i].increases())) return "";
+    return log_.clock.heading.empty() ? "named like a time, and no clock"
+                                      : fmt::format("a time, and \"{}\" is the clock", log_.clock.heading);
   }
 
   void add(std::size_t i) {
@@ -154,7 +181,8 @@ class Guess {
         column.why = fmt::format("a copy of \"{}\"", headings_[other]);
         return;
       }
-    const RoleWord word = role_word(parsed_[i], headings_);
+    if (column.why = why_other_time(i); !column.why.empty()) return;
+    const RoleWord word = role_word(parsed_[i], parsed_);
     column.role = word.role;
     column.is_decided = word.role != ColumnRole::kIgnored || word.is_aside;
     column.why = word.why;
@@ -208,12 +236,19 @@ class Guess {
   }
 
   /// If some columns are named as sensors and none as truth, the rest is truth; and the other way round. But a column
-  /// with a value in each n-th row is a slow sensor if other columns of the rest have one in every row.
+  /// with a value in each n-th row is a slow sensor if other columns of the rest have one in every row, and so is one
+  /// whose quantity is mostly measured, as long as another one is left to be estimated.
   void decide_by_exclusion() {
     const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
     if (sensors == truth) return;
     const bool has_dense =
         std::ranges::any_of(log_.columns, [](const GuessedColumn& c) { return !c.is_decided && c.spacing == 0; });
+    const auto sensed = [&](const GuessedColumn& column) {
+      return sensed_quantity(
+          parsed_[static_cast<std::size_t>(std::ranges::find(headings_, column.heading) - headings_.begin())]);
+    };
+    const bool leaves_truth =
+        std::ranges::any_of(log_.columns, [&](const GuessedColumn& c) { return !c.is_decided && sensed(c).empty(); });
     for (GuessedColumn& column : log_.columns) {
       if (column.is_decided) continue;
       column.is_decided = true;
@@ -221,6 +256,12 @@ class Guess {
         column.role = ColumnRole::kOutput;
         column.why = fmt::format("CHECK: a value in each {}th row, and others have one in every row: a slow sensor?",
                                  column.spacing);
+        continue;
+      }
+      if (const std::string quantity = sensed(column); sensors && !quantity.empty()) {
+        column.is_decided = leaves_truth;
+        if (leaves_truth) column.role = ColumnRole::kOutput;
+        column.why = fmt::format("CHECK: {} tells of a quantity that sensors mostly give", quantity);
         continue;
       }
       column.role = sensors ? ColumnRole::kState : ColumnRole::kOutput;
