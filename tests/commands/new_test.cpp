@@ -158,6 +158,22 @@ TEST(NewLog, WritesTheCellsThatStandForNoValueSoThatTheyLoadAsMissing) {
   EXPECT_LT(splits.train.trajectories[0].outputs.cwiseAbs().maxCoeff(), 1.1);
 }
 
+TEST(NewLog, SaysWhyItProposesAWrapThatNoLogCrosses) {
+  const Scratch scratch;
+  std::string text = "t,yaw_sensor_deg,servo_deg,x_true\n";
+  for (int k = 0; k < 300; ++k)
+    text += shortest_text(0.05 * k) + "," + shortest_text(175.0 * std::sin(0.3 * k)) + "," +
+            shortest_text(175.0 * std::cos(0.3 * k)) + "," + shortest_text(std::sin(0.1 * k)) + "\n";
+  scratch.write("a.csv", text);
+  const ProgramResult result = scratch.ok({"new", "log", "a.csv"});
+  const std::string written = scratch.read("log.toml");
+  EXPECT_THAT(written, AllOf(HasSubstr("wrap = 360                      # CHECK: no log jumps"),
+                             HasSubstr("encoding = \"sincos\"")));
+  EXPECT_EQ(written.find("wrap = "), written.rfind("wrap = ")) << "control: a command may have ends";
+  const Experiment e = parse_draft(written, "log.toml").experiment;
+  EXPECT_EQ(load_log_splits(*e.log, scratch.path()).train.outputs[0].name, "yaw_sensor_sin");
+}
+
 TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
   const Scratch scratch;
   std::string text = "t;\"2nd \"\"gyro\"\"\";\\true\\;while\n";

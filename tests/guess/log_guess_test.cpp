@@ -231,6 +231,27 @@ TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
   EXPECT_EQ(column(log, "arm_sensor_rate").unit, "rad/s");
 }
 
+TEST_F(LogGuess, ProposesAWrapFromUnitAndRangeWhereNoLogCrossesIt) {
+  const GuessedLog log = guess(
+      "t,yaw_sensor_deg,arm_sensor_rad,turret_sensor_deg,pitch_sensor_deg,rate_sensor_dps,joint_sensor_deg", [](int k) {
+        const double swing = std::sin(0.1 * k);
+        return row(
+            {0.01 * k, 175.0 * swing, 3.0 * swing, 180.0 + 170.0 * swing, 85.0 * swing, 175.0 * swing, 100.0 * swing});
+      });
+  EXPECT_EQ(column(log, "yaw_sensor").wrap, 360.0);
+  EXPECT_FALSE(column(log, "yaw_sensor").jumps);
+  EXPECT_NEAR(column(log, "arm_sensor").wrap, kTurn, 1e-12);
+  EXPECT_EQ(column(log, "turret_sensor").wrap, 360.0);
+  EXPECT_EQ(column(log, "pitch_sensor").wrap, 0.0) << "control: an angle up to a right one";
+  EXPECT_EQ(column(log, "rate_sensor").wrap, 0.0) << "control: no angle by its unit";
+  EXPECT_EQ(column(log, "joint_sensor").wrap, 0.0) << "control: far from half a turn";
+  const GuessedLog wide = guess("t,yaw_sensor_deg,north_sensor_deg", [](int k) {
+    return row({0.01 * k, 200.0 * std::sin(0.1 * k), 174.0 + 0.1 * std::sin(0.1 * k)});
+  });
+  EXPECT_EQ(column(wide, "yaw_sensor").wrap, 0.0) << "control: more than one turn, so it is unwrapped";
+  EXPECT_EQ(column(wide, "north_sensor").wrap, 0.0) << "control: hardly moves";
+}
+
 TEST_F(LogGuess, KeepsAClockWithAFewDoubtfulStampsAndSaysWhich) {
   const GuessedLog log = guess("time,y", [](int k) {
     return row({k == 50 ? 0.0 : 0.01 * (k % 40 == 3 ? k - 1 : k < 150 ? k : k - 150), std::sin(0.1 * k)});

@@ -106,8 +106,13 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
     text += key_line("period_s", fmt::format("{:.4g}", column.period_s),
                      fmt::format("it has a value in one of {} rows: not due in the others", column.spacing));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
+  // A command that stays within its turn may have ends.
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
-  text += key_line("wrap", show_wrap(column.wrap), "it jumps by a full turn");
+  if (column.role == ColumnRole::kInput && !column.jumps) return text;
+  text += key_line(
+      "wrap", show_wrap(column.wrap),
+      column.jumps ? "it jumps by a full turn"
+                   : "CHECK: no log jumps, but by its unit and range the next may; delete both lines if it has ends");
   if (column.role != ColumnRole::kInput)
     text += key_line("encoding", "\"sincos\"", "an angle without jumps: sine and cosine");
   return text;

@@ -173,11 +173,11 @@ FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit) {
     const char* unit;
   };
   constexpr auto kTurns = std::to_array<Turn>({{2.0 * std::numbers::pi, "rad"}, {360.0, "deg"}});
-  constexpr double kNear = 0.25, kRange = 0.02;  // share of a turn
+  constexpr double kNear = 0.25, kRange = 0.02, kHalf = 0.5 * (1.0 + kRange), kNearHalf = 0.45;  // shares of a turn
   const double range = numbers.high() - numbers.low();
   for (const Turn& turn : kTurns) {
     if (!unit.empty() && unit != turn.unit) continue;
-    if (range > (1.0 + kRange) * turn.wrap || range < (1.0 - kNear) * turn.wrap) continue;
+    if (range > (1.0 + kRange) * turn.wrap || range < 0.5 * turn.wrap) continue;
     std::size_t jumps = 0, others = 0;
     for (const VectorXd& values : numbers.files()) {
       if (values.size() < 2) continue;
@@ -186,7 +186,11 @@ FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit) {
         ++(std::abs(std::abs(step) - turn.wrap) <= kNear * turn.wrap ? jumps : others);
       }
     }
-    if (jumps > 0 && others == 0) return {turn.wrap, turn.unit};
+    if (jumps > 0 && others == 0 && range >= (1.0 - kNear) * turn.wrap) return {turn.wrap, turn.unit, true};
+    const double low = numbers.low() / turn.wrap, high = numbers.high() / turn.wrap;
+    const bool is_one_turn = (low >= -kHalf && high <= kHalf) || (low >= 0.0 && high <= 2.0 * kHalf);
+    const bool comes_near = std::max(-low, high) >= kNearHalf;
+    if (!unit.empty() && others == 0 && is_one_turn && comes_near) return {turn.wrap, turn.unit, false};
   }
   return {};
 }

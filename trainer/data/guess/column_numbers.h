@@ -58,11 +58,13 @@ class ColumnNumbers {
   std::string where_missing_;
 };
 
-/// The full turn of an angle that jumps back: every step of more than half a turn, one at least, is near a whole one,
-/// and the range is one turn. 0: it does not wrap.
+/// The full turn of an angle, 0 where it does not seem to wrap. Either it jumps back: every step of more than half a
+/// turn, one at least, is near a whole one, and the range is one turn. Or `unit` is that of an angle, and its numbers
+/// stay in one turn, from -1/2 or from 0 on, fill half of it and come near half a turn: then another run may jump.
 struct FullTurn {
   double wrap = 0.0;
-  std::string unit;  ///< "rad", "deg", where it wraps
+  std::string unit;    ///< "rad", "deg", where it wraps
+  bool jumps = false;  ///< else no log shows a jump
 };
 FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit);
 

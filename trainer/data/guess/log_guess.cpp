@@ -167,6 +167,7 @@ class Guess {
     }
     const FullTurn turn = full_turn(numbers, column.unit);
     column.wrap = turn.wrap;
+    column.jumps = turn.jumps;
     if (column.unit.empty()) column.unit = turn.unit;
     if (numbers.is_constant()) {
       column.why = "it has one value everywhere";

@@ -22,6 +22,7 @@ struct GuessedColumn {
   ColumnRole role = ColumnRole::kIgnored;
   bool is_decided = true;            ///< false: ignored until the user chooses its role
   double wrap = 0.0;                 ///< full turn, in its unit; 0: no angle that wraps
+  bool jumps = false;                ///< the log shows that it wraps; else unit and range alone tell
   std::string derivative_of;         ///< a state that is the derivative of this output
   std::string why;                   ///< the reason for the role
   std::vector<std::string> missing;  ///< cells that seem to stand for no value
