@@ -109,7 +109,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("MissingColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "no.toml"}, "no.toml"),
       usage("ColumnsWithoutLogs", {"evaluate", "model.json", "--columns", "no.toml"}, "--data FILE..."),
       usage("NoTableOfColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "tiny.toml"},
-            "tiny.toml:1: \"name\" has no use in a table of columns"),
+            "tiny.toml:3: \"plant\" has no use in a table of columns"),
       usage("ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
             "--set observer.hold=rk4: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed"),
       usage("ChangedPlantOfNoSuchParameter", {"evaluate", "model.json", "--set", "plant.parameters.nu=1.2"},

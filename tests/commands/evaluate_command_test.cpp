@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
@@ -14,6 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -84,6 +86,30 @@ role = "state"
   const auto by_table =
       scratch.ok({"evaluate", "a/model.json", "--data", "renamed.csv", "--columns", "columns.toml", "--json"});
   EXPECT_NEAR(nlohmann::json::parse(by_table.out)[0]["norm"].get<double>(), result["norm"].get<double>(), 1e-9);
+}
+
+TEST(Evaluate, ReadsTheFileThatNewLogWritesAsATableOfColumns) {
+  const Scratch scratch;
+  scratch.write("logs/a.csv", tiny_log(0.0));
+  scratch.write("logs/b.csv", tiny_log(1.0));
+  scratch.write("log.toml", kTinyLogExperiment);
+  scratch.ok({"train", "log.toml", "--data", "logs", "-q", "-o", "a"});
+  std::string text = "ms;Y [cm];V [m/s]\n";
+  for (int k = 0; k < 300; ++k) {
+    std::string row = shortest_text(10.0 * k) + ";" + shortest_text(100.0 * std::sin(0.01 * k + 2.0)) + ";" +
+                      shortest_text(std::cos(0.01 * k + 2.0)) + "\n";
+    std::ranges::replace(row, '.', ',');
+    text += row;
+  }
+  scratch.write("new.csv", text);
+  scratch.ok({"new", "log", "new.csv", "--outputs", "y", "--states", "v", "-o", "new.toml"});
+  const auto read = scratch.ok({"evaluate", "a/model.json", "--data", "new.csv", "--columns", "new.toml", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(read.out)[0]["samples"], 300);
+
+  scratch.write("open.csv", with(text, "Y [cm];V [m/s]", "P [cm];Q [m/s]"));
+  scratch.ok({"new", "log", "open.csv", "-o", "open.toml"});  // control: open roles are refused by their line
+  EXPECT_THAT(scratch.run({"evaluate", "a/model.json", "--data", "open.csv", "--columns", "open.toml"}).err,
+              AllOf(HasSubstr("open.toml:"), HasSubstr("role is still CHOOSE")));
 }
 
 TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefused) {

@@ -218,7 +218,7 @@ LogConfig read_log_columns(const std::string& path) {
   Places places(path);
   SectionTables reader(path, places);
   for (const auto& [name, value] : members_in_order(root))
-    if (name != "log")
+    if (name != "log" && name != "name")  // nlo new log names its file
       throw codegen::Error(fmt::format("{}: {} has no use in a table of columns; it holds [[log.columns]] alone",
                                        reader.place(*value), toml_text(name)));
   const Toml* table = reader.section(root, "log", "log");
