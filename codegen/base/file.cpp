@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -75,6 +76,9 @@ std::string read_file(const std::string& path, std::size_t max_bytes) {
   Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (fd.get() < 0) fail(path, "open", errno);
   std::string text;
+  struct stat found {};
+  if (::fstat(fd.get(), &found) == 0 && S_ISREG(found.st_mode))
+    text.reserve(std::min(static_cast<std::size_t>(found.st_size), max_bytes));
   char block[1 << 16];
   for (;;) {
     const ssize_t n = ::read(fd.get(), block, sizeof block);

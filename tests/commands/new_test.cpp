@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <numbers>
 #include <regex>
 #include <sstream>
+#include <string_view>
 
 #include "tests/commands/program.h"
 #include "trainer/base/number_text.h"
@@ -172,6 +174,36 @@ TEST(NewLog, SaysWhyItProposesAWrapThatNoLogCrosses) {
   EXPECT_EQ(written.find("wrap = "), written.rfind("wrap = ")) << "control: a command may have ends";
   const Experiment e = parse_draft(written, "log.toml").experiment;
   EXPECT_EQ(load_log_splits(*e.log, scratch.path()).train.outputs[0].name, "yaw_sensor_sin");
+}
+
+/// `rows` rows of a clock, two sensors and two states in 36 bytes each.
+std::string long_log(int rows, double phase) {
+  std::string text = "time,y1_sensor,y2_sensor,x1,x2\n";
+  char row[80];
+  for (int k = 0; k < rows; ++k) {
+    const double t = 0.001 * k, a = std::sin(0.7 * t + phase), b = std::cos(0.7 * t + phase);
+    text +=
+        std::string_view(row, static_cast<std::size_t>(std::snprintf(row, sizeof row, "%.3f,%.5f,%.5f,%.4f,%.4f\n", t,
+                                                                     a + 0.01 * std::sin(997.0 * t), a * b, a, b)));
+  }
+  return text;
+}
+
+TEST(NewLog, TakesAtMostFourTimesTheSizeOfLongLogs) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer keeps what is freed";
+#endif
+  const Scratch scratch;
+  const auto peak_mb = [&](const std::string& folder, int rows) {
+    for (int i = 0; i < 3; ++i)  // three logs, so that products are searched, too
+      scratch.write(folder + "/run" + std::to_string(i) + ".csv", long_log(rows, i));
+    return scratch.ok({"new", "log", folder + "/run*.csv", "-o", folder + ".toml"}).peak_mb;
+  };
+  const double small_mb = peak_mb("few", 300), large_mb = peak_mb("many", 300000);
+  const double files_mb =
+      3.0 * static_cast<double>(std::filesystem::file_size(scratch.path() + "/many/run0.csv")) / 1048576.0;
+  EXPECT_GT(files_mb, 25.0);
+  EXPECT_LT(large_mb - small_mb, 4.0 * files_mb);
 }
 
 TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {

@@ -2,6 +2,7 @@
 #include "tests/commands/program.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -153,6 +154,7 @@ ProgramResult Scratch::run_program(const std::string& program, const std::vector
     ::_exit(127);
   }
   int status = 0;
+  rusage usage{};
   if (!interrupt_at.empty()) {
     while (::waitpid(child, &status, WNOHANG) == 0) {
       if (slurp(err).find(interrupt_at) == std::string::npos) {
@@ -164,9 +166,10 @@ ProgramResult Scratch::run_program(const std::string& program, const std::vector
       break;
     }
   } else {
-    ::waitpid(child, &status, 0);
+    ::wait4(child, &status, 0, &usage);
   }
-  ProgramResult result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+  ProgramResult result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err),
+                       static_cast<double>(usage.ru_maxrss) / 1024.0};
   fs::remove(out);
   fs::remove(err);
   return result;

@@ -13,6 +13,7 @@ namespace nlo::trainer {
 struct ProgramResult {
   int exit_code = -1;  ///< -1: killed by a signal
   std::string out, err;
+  double peak_mb = 0.0;  ///< largest memory in use, at least that of the test before it started the program
 };
 
 /// A directory to run programs in.

@@ -172,25 +172,32 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   const auto lines = std::count(table.text_->begin(), table.text_->end(), '\n');
   table.lines_.reserve(static_cast<std::size_t>(lines));
   table.cells_.reserve(static_cast<std::size_t>(lines) * columns);
+  std::vector<std::string_view> row;
   while (!records.at_end()) {
     const int line = records.line();
-    const std::size_t found = records.next(table.cells_);
-    if (found == columns && (columns > 1 || !table.cells_.back().empty())) {
+    row.clear();
+    records.next(row);
+    if (row.size() == columns && (columns > 1 || !row.back().empty())) {
       // A logger that starts again writes its headings again.
-      const auto row = table.cells_.end() - static_cast<std::ptrdiff_t>(columns);
-      if (std::equal(row, table.cells_.end(), table.headings_.begin()))
-        table.cells_.erase(row, table.cells_.end());
-      else
-        table.lines_.push_back(line);
+      if (std::ranges::equal(row, table.headings_)) continue;
+      for (const std::string_view cell : row) table.cells_.push_back(table.place_in_text(cell, line));
+      table.lines_.push_back(line);
       continue;
     }
-    const bool blank = found == 1 && table.cells_.back().empty();
+    const bool blank = row.size() == 1 && row.back().empty();
     const bool last = records.rest_is_blank();
-    if (!blank || !last) fail_ragged(table.file_, line, columns, blank ? 0 : found, last, blank);
-    table.cells_.pop_back();
+    if (!blank || !last) fail_ragged(table.file_, line, columns, blank ? 0 : row.size(), last, blank);
     break;
   }
   return table;
+}
+
+CsvTable::Place CsvTable::place_in_text(std::string_view cell, int line) const {
+  constexpr std::size_t kLongest = (std::size_t{1} << 24) - 1;
+  if (cell.size() > kLongest)
+    throw Error(fmt::format("{}:{}: a cell of {} characters: is a quote not closed?", file_, line, cell.size()));
+  return {static_cast<std::uint64_t>(cell.data() - text_->data()) & ((std::uint64_t{1} << 40) - 1),
+          static_cast<std::uint64_t>(cell.size()) & kLongest};
 }
 
 Eigen::VectorXd CsvTable::column(std::string_view heading) const {
@@ -205,14 +212,19 @@ Eigen::VectorXd CsvTable::column(std::string_view heading, std::vector<Eigen::In
 std::vector<std::string_view> CsvTable::cells(std::string_view heading) const {
   std::vector<std::string_view> result;
   for (auto at = static_cast<std::size_t>(place_of(heading)); at < cells_.size(); at += headings_.size())
-    result.push_back(cells_[at]);
+    result.push_back(text_at(cells_[at]));
   return result;
+}
+
+std::string_view CsvTable::cell(std::string_view heading, Eigen::Index row) const {
+  return text_at(
+      cells_[static_cast<std::size_t>(row) * headings_.size() + static_cast<std::size_t>(place_of(heading))]);
 }
 
 bool CsvTable::same_cells(Eigen::Index a, Eigen::Index b) const {
   const auto columns = static_cast<Eigen::Index>(headings_.size());
   const auto row = [&](Eigen::Index index) { return cells_.begin() + index * columns; };
-  return std::equal(row(a), row(a + 1), row(b));
+  return std::equal(row(a), row(a + 1), row(b), [this](Place x, Place y) { return text_at(x) == text_at(y); });
 }
 
 std::string CsvTable::unit(std::string_view heading) const {
@@ -249,7 +261,7 @@ Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eige
   const auto stride = static_cast<Eigen::Index>(headings_.size());
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {
-    const std::string_view cell = cells_[static_cast<std::size_t>(row * stride + offset)];
+    const std::string_view cell = text_at(cells_[static_cast<std::size_t>(row * stride + offset)]);
     const auto wrong = read_number(cell, format_.decimal, values[row]);
     const bool is_listed = wrong ? std::ranges::find(words, trimmed(cell)) != words.end()
                                  : std::ranges::find(numbers, values[row]) != numbers.end();

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,11 +56,22 @@ class CsvTable {
   /// Returns the cells of a column as they are in the file.
   std::vector<std::string_view> cells(std::string_view heading) const;
 
+  /// Returns one of them.
+  std::string_view cell(std::string_view heading, Eigen::Index row) const;
+
   /// Whether two rows are copies of each other.
   bool same_cells(Eigen::Index a, Eigen::Index b) const;
 
  private:
   CsvTable() = default;
+
+  /// Where a cell stands in the text: half as large as a view, of which a log has millions.
+  struct Place {
+    std::uint64_t begin : 40, size : 24;
+  };
+
+  Place place_in_text(std::string_view cell, int line) const;
+  std::string_view text_at(Place place) const { return std::string_view(*text_).substr(place.begin, place.size); }
 
   Eigen::Index place_of(std::string_view heading) const;
 
@@ -72,7 +84,7 @@ class CsvTable {
   std::vector<std::string> headings_;
   std::vector<std::string> units_;  ///< as many; empty: no row of units
   int header_line_ = 1;
-  std::vector<std::string_view> cells_;  ///< rows x headings, row by row, unquoted
+  std::vector<Place> cells_;  ///< rows x headings, row by row, unquoted
   std::vector<int> lines_;
 };
 

@@ -34,13 +34,13 @@ Usual usual_of(const std::vector<VectorXd>& signals) {
   }
   Usual usual;
   if (steps.empty()) return usual;
-  const double low = value_at_rank(values, 0.01), high = value_at_rank(values, 0.99),
-               median = value_at_rank(values, 0.5);
+  const double low = value_at_rank_of(values, 0.01), high = value_at_rank_of(values, 0.99),
+               median = value_at_rank_of(values, 0.5);
   for (double& value : values) value = std::abs(value - median);
-  const double deviation = kDeviation * value_at_rank(values, 0.5);
+  const double deviation = kDeviation * value_at_rank_of(values, 0.5);
   usual.low = std::min(low - (high - low), median - 5.0 * deviation);
   usual.high = std::max(high + (high - low), median + 5.0 * deviation);
-  usual.step = 10.0 * value_at_rank(steps, 0.5);
+  usual.step = 10.0 * value_at_rank_of(steps, 0.5);
   return usual;
 }
 

@@ -32,8 +32,8 @@ struct Readings {
   bool has_date = false;
 };
 
-Readings read_clock_texts(const CsvTable& table, const std::string& heading,
-                          const std::vector<std::string_view>& cells) {
+Readings read_clock_texts(const CsvTable& table, const std::string& heading) {
+  const std::vector<std::string_view> cells = table.cells(heading);
   Readings read{VectorXd(table.rows()), true, false};
   long first_day = 0;
   for (Index row = 0; row < table.rows(); ++row) {
@@ -50,12 +50,12 @@ Readings read_clock_texts(const CsvTable& table, const std::string& heading,
 }
 
 Readings read_clock(const CsvTable& table, const std::string& heading) {
-  const std::vector<std::string_view> cells = table.cells(heading);
-  if (!cells.empty() && read_clock_text(cells.front())) return read_clock_texts(table, heading, cells);
+  const std::string_view first = table.rows() > 0 ? table.cell(heading, 0) : std::string_view();
+  if (read_clock_text(first)) return read_clock_texts(table, heading);
   try {
     return {table.column(heading), false, false};
   } catch (const Error& error) {
-    if (cells.front().find(':') == std::string_view::npos) throw;
+    if (first.find(':') == std::string_view::npos) throw;
     throw Error(
         fmt::format("{}; a time is written in seconds, as 10:11:12.345 or as 2026-11-20T10:11:12.345Z", error.what()));
   }
@@ -67,14 +67,14 @@ class Cleaner {
   Cleaner(const CsvTable& table, const std::string& heading, const Readings& read)
       : table_(table),
         heading_(heading),
-        cells_(table.cells(heading)),
         read_(read),
         name_(std::filesystem::path(table.file()).filename().string()),
         time_(read.stamps.size()) {
     std::vector<double> rises;
+    rises.reserve(static_cast<std::size_t>(read.stamps.size()));
     for (Index k = 1; k < read.stamps.size(); ++k)
       if (const double step = read.stamps[k] - read.stamps[k - 1]; step > 0.0) rises.push_back(step);
-    if (!rises.empty()) usual_ = value_at_rank(rises, 0.5);
+    if (!rises.empty()) usual_ = value_at_rank_of(rises, 0.5);
   }
 
   void clean(LogStamps& result) {
@@ -158,7 +158,7 @@ class Cleaner {
   }
 
   std::string place(Index row) const { return fmt::format("{}:{}", name_, table_.line(row)); }
-  std::string cell(Index row) const { return ascii(cells_[static_cast<std::size_t>(row)].substr(0, 40)); }
+  std::string cell(Index row) const { return ascii(table_.cell(heading_, row).substr(0, 40)); }
 
   void refuse_no_clock(const LogStamps& result) const {
     const auto steps = static_cast<double>(time_.size() - 1);
@@ -208,7 +208,6 @@ class Cleaner {
 
   const CsvTable& table_;
   const std::string& heading_;
-  std::vector<std::string_view> cells_;
   const Readings& read_;
   std::string name_;
   VectorXd time_;  ///< time of each row so far, over midnights and overflows

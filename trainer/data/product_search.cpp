@@ -25,7 +25,7 @@ constexpr Index kOf = 3;                     // features of each channel: it, an
 constexpr double kLeastGain = 0.05;
 constexpr double kNothing = 0.005;            // an error of this share of a deviation
 constexpr double kMostLogsShare = 2.0 / 3.0;  // share of the logs that must gain
-constexpr std::size_t kMostProducts = 3, kMostChannels = 16, kFewestLogs = 3;
+constexpr std::size_t kMostProducts = 3, kMostChannels = 16;
 
 /// Normal equations of one log: of all features, those of products behind those of channels.
 struct LogSums {
@@ -50,7 +50,7 @@ class ProductSearch {
     if (outputs_ == 0 || names_.size() > kMostChannels) return {};
     normalise();
     for (const Trajectory& run : data_.trajectories) add(run);
-    if (logs_.size() < kFewestLogs) return {};
+    if (logs_.size() < kFewestProductLogs) return {};
     total_ = nothing();
     for (const auto& [name, log] : logs_) {
       total_.gram += log.gram;
@@ -93,13 +93,13 @@ class ProductSearch {
   }
   Index features() const { return 1 + kOf * static_cast<Index>(names_.size() + pairs_.size()); }
 
-  MatrixXd channels_of(const Trajectory& run) const {
-    MatrixXd channels(static_cast<Index>(names_.size()), run.samples());
+  MatrixXd channels_of(const Trajectory& run, Index first, Index count) const {
+    MatrixXd channels(static_cast<Index>(names_.size()), count);
     Index row = 0;
     for (std::size_t j = 0; j < data_.outputs.size(); ++j)
       if (data_.outputs[j].expression.empty() && data_.outputs[j].wrap == 0.0)
-        channels.row(row++) = run.outputs.row(static_cast<Index>(j));
-    for (Index i = 0; row < channels.rows(); ++i) channels.row(row++) = run.inputs.row(i);
+        channels.row(row++) = run.outputs.row(static_cast<Index>(j)).segment(first, count);
+    for (Index i = 0; row < channels.rows(); ++i) channels.row(row++) = run.inputs.row(i).segment(first, count);
     return channels;
   }
 
@@ -109,7 +109,7 @@ class ProductSearch {
     VectorXd sum;
     double weight = 0.0;
     for (const Trajectory& run : data_.trajectories) {
-      scale_ = scale_.cwiseMax(channels_of(run).cwiseAbs().rowwise().maxCoeff());
+      scale_ = scale_.cwiseMax(channels_of(run, 0, run.samples()).cwiseAbs().rowwise().maxCoeff());
       const MatrixXd x = angles_encoded(run.states, data_.states);
       if (sum.size() == 0) sum = VectorXd::Zero(x.rows());
       for (Index k = 0; k < run.samples(); ++k)
@@ -122,11 +122,19 @@ class ProductSearch {
   void add(const Trajectory& run) {
     LogSums& log = logs_[run.log.empty() ? run.source : run.log];
     if (log.gram.size() == 0) log = nothing();
-    const MatrixXd channels = scale_.cwiseInverse().asDiagonal() * channels_of(run);
+    constexpr Index kBlock = 4096;  // all features of a long log would take many times its file
+    VectorXd average[2];
+    for (Index from = 0; from < run.samples(); from += kBlock)
+      add(run, from, std::min(kBlock, run.samples() - from), average, log);
+  }
+
+  /// Adds `count` samples from `first` on. `average`: of the samples before, and of these behind them.
+  void add(const Trajectory& run, Index first, Index count, VectorXd (&average)[2], LogSums& log) const {
+    const MatrixXd channels = scale_.cwiseInverse().asDiagonal() * channels_of(run, first, count);
     const auto now = channels.rows(), all = now + static_cast<Index>(pairs_.size());
-    MatrixXd u(features(), run.samples());
-    VectorXd value(all), average[2];
-    for (Index k = 0; k < run.samples(); ++k) {
+    MatrixXd u(features(), count);
+    VectorXd value(all);
+    for (Index k = 0; k < count; ++k) {
       value.head(now) = channels.col(k);
       for (std::size_t p = 0; p < pairs_.size(); ++p)
         value[now + static_cast<Index>(p)] =
@@ -135,21 +143,22 @@ class ProductSearch {
       for (Index f = 0; f < kOf; ++f) {
         if (f > 0) {
           VectorXd& slow = average[f - 1];
-          if (k == 0) slow = value;
+          if (first + k == 0) slow = value;
           slow += (value - slow) / kAverages[f - 1];
         }
         const VectorXd& from = f == 0 ? value : average[f - 1];
         for (Index c = 0; c < all; ++c) u(1 + kOf * c + f, k) = from[c];
       }
     }
-    MatrixXd x = angles_encoded(run.states, data_.states).colwise() - mean_;
-    for (Index k = 0; k < run.samples(); ++k)
-      if (!(run.weight[k] > 0.0)) x.col(k).setZero(), u.col(k).setZero();
-    const MatrixXd weighted = u * run.weight.cwiseMax(0.0).asDiagonal();
+    MatrixXd x = angles_encoded(run.states.middleCols(first, count), data_.states).colwise() - mean_;
+    const VectorXd weight = run.weight.segment(first, count).cwiseMax(0.0);
+    for (Index k = 0; k < count; ++k)
+      if (!(weight[k] > 0.0)) x.col(k).setZero(), u.col(k).setZero();
+    const MatrixXd weighted = u * weight.asDiagonal();
     log.gram.noalias() += weighted * u.transpose();
     log.cross.noalias() += weighted * x.transpose();
-    log.squares += x.cwiseAbs2() * run.weight.cwiseMax(0.0);
-    log.weight += run.weight.cwiseMax(0.0).sum();
+    log.squares += x.cwiseAbs2() * weight;
+    log.weight += weight.sum();
   }
 
   /// Logarithms of the RMS error on each log of a fit on all others, n_x x logs, with these products.

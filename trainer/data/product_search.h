@@ -4,6 +4,7 @@
 // error on each log that it was not fitted on must fall. Products are taken one after another, the best first.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,11 @@ struct FoundProduct {
   double gain = 0.0;  ///< share by which the error on logs that are left out falls, typical over states and logs
 };
 
-/// Products of two measured outputs or of one and an input; of none that wraps. None where fewer than three logs say
-/// so, or where a product does not take 5 % of the error away and on most logs.
+/// Fewer logs do not tell.
+inline constexpr std::size_t kFewestProductLogs = 3;
+
+/// Products of two measured outputs or of one and an input; of none that wraps. None from fewer than
+/// kFewestProductLogs, or where a product does not take 5 % of the error away and on most logs.
 std::vector<FoundProduct> find_products(const Dataset& training);
 
 }  // namespace nlo::trainer

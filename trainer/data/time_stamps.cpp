@@ -15,8 +15,14 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-void append_steps(const VectorXd& time_s, std::vector<double>& steps) {
-  for (Eigen::Index k = 1; k < time_s.size(); ++k) steps.push_back(time_s[k] - time_s[k - 1]);
+std::vector<double> steps_of(const std::vector<VectorXd>& times_s) {
+  Index count = 0;
+  for (const VectorXd& time_s : times_s) count += time_s.size();
+  std::vector<double> steps;
+  steps.reserve(static_cast<std::size_t>(count));
+  for (const VectorXd& time_s : times_s)
+    for (Index k = 1; k < time_s.size(); ++k) steps.push_back(time_s[k] - time_s[k - 1]);
+  return steps;
 }
 
 /// Steps in periods: whole numbers, at least one.
@@ -53,13 +59,16 @@ bool is_multiple(double a, double b) {
 
 TimeGrid fit_time_grid(const VectorXd& time_s, double resolution_s) {
   const Index n = time_s.size();
-  const VectorXd steps = time_s.tail(n - 1) - time_s.head(n - 1);
   TimeGrid grid;
-  grid.counts = counts_of(steps, mean_plain_step(steps, resolution_s));
+  {
+    const VectorXd steps = time_s.tail(n - 1) - time_s.head(n - 1);
+    grid.counts = counts_of(steps, mean_plain_step(steps, resolution_s));
+  }
   grid.complete = grid.counts[n - 1] == static_cast<double>(n - 1);
-  const VectorXd t = time_s.array() - time_s.mean(), count = grid.counts.array() - grid.counts.mean();
-  grid.period_s = t.dot(count) / count.squaredNorm();
-  const VectorXd rest = t - grid.period_s * count;
+  VectorXd rest = time_s.array() - time_s.mean();
+  const VectorXd count = grid.counts.array() - grid.counts.mean();
+  grid.period_s = rest.dot(count) / count.squaredNorm();
+  rest -= grid.period_s * count;
   grid.deviation_s = rest.cwiseAbs().maxCoeff();
   // Rounding spreads the rest over one resolution, and tilts the fit by up to 1.5 resolutions over the log when it is
   // no noise (7.5 ms printed in ms: ties). Stamps coarser than half a period cannot tell a missing sample.
@@ -86,15 +95,14 @@ TimeStampReport report_time_stamps(const std::string& file, const std::vector<Ve
   TimeStampReport report;
   report.file = file;
   report.runs = times_s.size();
-  std::vector<double> steps;
   for (const VectorXd& time_s : times_s) {
-    append_steps(time_s, steps);
     report.samples += time_s.size();
     report.duration_s += time_s[time_s.size() - 1] - time_s[0];
   }
-  report.median_s = value_at_rank(steps, 0.5);
-  report.p01_s = value_at_rank(steps, 0.01);
-  report.p99_s = value_at_rank(steps, 0.99);
+  std::vector<double> steps = steps_of(times_s);
+  report.median_s = value_at_rank_of(steps, 0.5);
+  report.p01_s = value_at_rank_of(steps, 0.01);
+  report.p99_s = value_at_rank_of(steps, 0.99);
   report.max_s = *std::max_element(steps.begin(), steps.end());
   report.gaps =
       static_cast<int>(std::count_if(steps.begin(), steps.end(), [&](double h) { return h > 1.5 * nominal_s; }));
@@ -106,9 +114,8 @@ std::string named(const TimeStampReport& report) {
 }
 
 double median_step(const std::vector<VectorXd>& times_s) {
-  std::vector<double> steps;
-  for (const VectorXd& time_s : times_s) append_steps(time_s, steps);
-  return value_at_rank(steps, 0.5);
+  std::vector<double> steps = steps_of(times_s);
+  return value_at_rank_of(steps, 0.5);
 }
 
 }  // namespace nlo::trainer

@@ -97,6 +97,7 @@ std::string clock_text(const GuessedClock& clock) {
 /// Returns products of channels that help on the training logs, if the guessed roles can be read.
 std::vector<FoundProduct> products_of(const std::string& text, const GuessedLog& log) {
   if (!log.undecided().empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0) return {};
+  if (log.train.size() < kFewestProductLogs) return {};  // before they are read
   try {
     const Experiment experiment = parse_draft(text, "").experiment;
     return find_products(load_logs(*experiment.log, log.directory, log.train));

@@ -47,9 +47,10 @@ class Guess {
       if (const std::string unit = tables_.front().unit(heading); !unit.empty())
         parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
     }
+    find_named_clock();
     for (std::size_t i = 0; i < headings_.size(); ++i)
       numbers_.push_back(ColumnNumbers::of(tables_, headings_[i], is_command(parsed_[i])));
-    find_clock();
+    if (log_.clock.heading.empty()) find_clock_by_numbers();
     for (std::size_t i = 0; i < headings_.size(); ++i)
       if (headings_[i] != log_.clock.heading) add(i);
     apply_hints();
@@ -80,50 +81,42 @@ class Guess {
                                          column.where_missing, show_cells(column.missing)));
   }
 
-  void find_clock() {
-    GuessedClock& clock = log_.clock;
-    std::size_t found = headings_.size();
-    ColumnNumbers stamps;
-    std::vector<std::string> notes;  // notes on the column that is taken
-    const auto take = [&](std::size_t i, const char* why) {
-      std::vector<std::string> of_it;
-      ColumnNumbers numbers = ColumnNumbers::of_clock(tables_, headings_[i], of_it);
-      found = i;
-      stamps = std::move(numbers);
-      notes = std::move(of_it);
-      clock.why = why;
-    };
-    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+  /// Makes column `i` the clock. Throws codegen::Error where it is none.
+  void take_clock(std::size_t i, const std::string& why) {
+    std::vector<std::string> notes;
+    const ColumnNumbers stamps = ColumnNumbers::of_clock(tables_, headings_[i], notes);
+    log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
+    const TimeUnit unit =
+        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day are read in s"} : time_unit(parsed_[i], stamps);
+    const ColumnNumbers::Steps steps = stamps.steps();
+    log_.clock = {
+        headings_[i],         unit.name, steps.median * unit.seconds, steps.deviation, steps.duration * unit.seconds,
+        why + "; " + unit.why};
+  }
+
+  /// Before all columns are in memory as numbers: the check of a clock takes as much again.
+  void find_named_clock() {
+    for (std::size_t i = 0; i < headings_.size(); ++i) {
       if (!is_time_word(parsed_[i]) || is_half_stamp(parsed_[i], parsed_)) continue;
       try {
-        take(i, "its heading, and it increases");
+        return take_clock(i, "its heading, and it increases");
       } catch (const codegen::Error& error) {
         log_.notes.push_back(
             fmt::format("\"{}\" is named like a time, and cannot be the clock: {}", headings_[i], error.what()));
       }
     }
-    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+  }
+
+  void find_clock_by_numbers() {
+    for (std::size_t i = 0; i < headings_.size(); ++i) {
       if (is_half_stamp(parsed_[i], parsed_)) continue;
       if (numbers_[i].increases() && numbers_[i].is_even() && !numbers_[i].counts_rows())
-        take(i, "it increases by even steps");
-      else if (!numbers_[i].is_numeric() && read_clock_text(numbers_[i].first_cell()))
-        take(i, "its cells are times");
+        return take_clock(i, "it increases by even steps");
+      if (!numbers_[i].is_numeric() && read_clock_text(numbers_[i].first_cell()))
+        return take_clock(i, "its cells are times");
     }
-    log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
-    if (found == headings_.size()) {
-      note_half_stamps();
-      clock.period_s = hints_.period_s;
-      return;
-    }
-    clock.heading = headings_[found];
-    const TimeUnit unit =
-        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day are read in s"} : time_unit(parsed_[found], stamps);
-    clock.unit = unit.name;
-    clock.why += "; " + unit.why;
-    const ColumnNumbers::Steps steps = stamps.steps();
-    clock.period_s = steps.median * unit.seconds;
-    clock.deviation = steps.deviation;
-    clock.duration_s = steps.duration * unit.seconds;
+    note_half_stamps();
+    log_.clock.period_s = hints_.period_s;
   }
 
   void note_half_stamps() {
