@@ -69,8 +69,9 @@ function(nlo_hot_sources target)
 endfunction()
 
 # nlo_join_sources(TARGET FOLDERS folder... [EXCEPT folder/source.cpp...]): the sources of a folder are one compilation,
-# because most of the time of a short source goes into templates that its neighbours instantiate too. Hot sources stay
-# alone, as do those in EXCEPT, which use a name of a neighbour in their unnamed namespace.
+# as are those of folder+folder, because most of the time of a short source goes into templates that its neighbours
+# instantiate too. Alone stay those in EXCEPT: loops of training, which GCC inlines less into in a long compilation, and
+# sources that use a name of a neighbour in their unnamed namespace.
 option(NLO_JOIN_SOURCES "Compile short sources of a folder together (./test.sh --full: each by itself)" ON)
 function(nlo_join_sources target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;EXCEPT")
@@ -88,9 +89,12 @@ function(nlo_join_sources target)
     if(folder STREQUAL "")
       set(folder .)
     endif()
-    if(folder IN_LIST arg_FOLDERS AND NOT name IN_LIST arg_EXCEPT)
-      string(MAKE_C_IDENTIFIER "${folder}" group)
-      set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${group})
-    endif()
+    foreach(folders IN LISTS arg_FOLDERS)
+      string(REPLACE + ";" together "${folders}")
+      if(folder IN_LIST together AND NOT name IN_LIST arg_EXCEPT)
+        string(MAKE_C_IDENTIFIER "${folders}" group)
+        set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${group})
+      endif()
+    endforeach()
   endforeach()
 endfunction()
