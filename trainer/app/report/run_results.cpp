@@ -85,15 +85,13 @@ TrainingCurves read_training_curves(const std::string& path) {
 
 namespace {
 
-using Json = nlohmann::json;
-
 template <class T>
-void read(const Json& json, const char* field, T& value) {
+void read(const nlohmann::json& json, const char* field, T& value) {
   value = json.at(field).get<T>();
 }
 
-void read(const Json& json, const char* field, ControlLoopResult::Quantiles& value) {
-  const Json& quantiles = json.at(field);
+void read(const nlohmann::json& json, const char* field, ControlLoopResult::Quantiles& value) {
+  const nlohmann::json& quantiles = json.at(field);
   read(quantiles, "p50", value.p50);
   read(quantiles, "p99", value.p99);
   read(quantiles, "p99_9", value.p99_9);
@@ -104,7 +102,7 @@ void read(const Json& json, const char* field, ControlLoopResult::Quantiles& val
 
 ControlLoopResult parse_control_loop(std::string_view text, const std::string& name) {
   try {
-    const Json json = Json::parse(text);
+    const nlohmann::json json = nlohmann::json::parse(text);
     ControlLoopResult result;
     read(json, "rate_hz", result.rate_hz);
     read(json, "ticks", result.ticks);
@@ -118,13 +116,13 @@ ControlLoopResult parse_control_loop(std::string_view text, const std::string& n
     read(json, "memory_locked", result.memory_locked);
     read(json, "step_and_estimate_ns", result.step_and_estimate);
     read(json, "wake_up_lateness_ns", result.wake_up_lateness);
-    for (const Json& bucket : json.at("step_and_estimate_histogram")) {
+    for (const nlohmann::json& bucket : json.at("step_and_estimate_histogram")) {
       ControlLoopResult::Bucket& entry = result.histogram.emplace_back();
       read(bucket, "below_ns", entry.below_ns);
       read(bucket, "count", entry.count);
     }
     return result;
-  } catch (const Json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     throw codegen::Error(fmt::format(
         "{}: is not the result of a control loop ({}); write it again with control_loop --json", name, error.what()));
   }
