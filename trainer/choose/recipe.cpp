@@ -273,8 +273,10 @@ class Deriver {
                         });
     if (resonant.rows() > best.front().bank.rows()) {
       measure(resonant, best.front().reading);
-      best.insert(best.begin(), fine.back());
-      best.resize(std::min(best.size(), kFinalists));
+      if (fine.back().value() < best.front().value()) {  // with a curved readout and all samples, too
+        best.insert(best.begin(), fine.back());
+        best.resize(std::min(best.size(), kFinalists));
+      }
     }
     return best;
   }

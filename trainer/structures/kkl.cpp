@@ -25,10 +25,10 @@ class Kkl final : public KklFamily {
     keys.push_back(own_key<ObserverConfig>(
         key("saturation", &KklConfig::saturation, at_least(0),
             "kkl: T* follows z this many half ranges beyond its domain, no further; 0: wherever z goes")));
-    keys.push_back(own_key<ObserverConfig>(
-        key("clock_products", &KklConfig::clock_products, names_of<ClockProductSet>(),
-            "kkl: T* also reads products with each clock: of z, or of all that it reads; it then fits the transient by "
-            "itself")));
+    keys.push_back(
+        own_key<ObserverConfig>(key("clock_products", &KklConfig::clock_products, names_of<ClockProductSet>(),
+                                    "kkl: features that T* reads once more, times each of clocks_s: none, those with "
+                                    "z, or all; for the transient")));
     return keys;
   }
 
