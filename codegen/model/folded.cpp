@@ -33,7 +33,7 @@ std::vector<ClockProduct> products_of(const Network& n, Eigen::Index inputs) {
     for (Eigen::Index i = 0; n.feature_clocks[f] >= 0 && i < inputs; ++i)
       if (n.features(static_cast<Eigen::Index>(f), i) != 0.0) products.push_back({i, n.feature_clocks[f]});
   std::ranges::sort(products);
-  products.erase(std::ranges::unique(products).begin(), products.end());
+  products.erase(std::unique(products.begin(), products.end()), products.end());
   return products;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/model/json_object.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "codegen/base/error.h"

@@ -23,6 +23,7 @@
 #include "trainer/judge/compare/runs_under.h"
 #include "trainer/judge/compare/table_filter.h"
 #include "trainer/judge/evaluation/closed_loop.h"
+#include "trainer/judge/evaluation/estimator_words.h"
 #include "trainer/judge/filters/particle_filter.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/excitation.h"

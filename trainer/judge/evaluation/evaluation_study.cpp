@@ -20,8 +20,10 @@ std::optional<Spread> spread_of(const StudyCell& cell, const Quantity& quantity)
       values(m, s) = *value;
     }
   const Eigen::VectorXd by_test_set = values.colwise().mean(), by_model = values.rowwise().mean();
-  return Spread{values.mean(), standard_error(std::span(by_test_set.data(), by_test_set.size())),
-                standard_error(std::span(by_model.data(), by_model.size()))};
+  const auto error_of = [](const Eigen::VectorXd& all) {
+    return standard_error(std::span(all.data(), static_cast<std::size_t>(all.size())));
+  };
+  return Spread{values.mean(), error_of(by_test_set), error_of(by_model)};
 }
 
 Spread norm_of(const StudyCell& cell) {
