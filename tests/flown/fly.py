@@ -317,8 +317,8 @@ class Motor:
         yield "nominal", self.fly(observer, 20, square), self.fly(observer, 20, square, gated=False), True
         yield "restart at speed", self.fly(observer, 6, square, restart_s=3.2), \
             self.fly(observer, 6, square, gated=False, restart_s=3.2), False
-        # Minutes of a count are given modulo the flown wrap, as docs/runtime.md says: at 65,536 rad float has the steps
-        # of the encoder, and the monitor sees them.
+        # Minutes of a count are given modulo the flown wrap, as docs/runtime.md says: at 65,536 rad float is as coarse as
+        # the encoder, and the monitor sees its steps.
         yield f"{long_s / 60:.0f} minutes at 120 rad/s", \
             self.fly(observer, long_s, lambda t: 120.0, modulo=long_s > 300.0), None, True
         last = {}

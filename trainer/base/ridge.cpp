@@ -18,13 +18,16 @@ MatrixXd with_one(const MatrixXd& u) {
   return result;
 }
 
+void Ridge::begin(Index columns, Index states) {
+  if (gram_.size() != 0) return;
+  gram_ = MatrixXd::Zero(columns, columns);
+  cross_ = MatrixXd::Zero(states, columns);
+  squares_ = VectorXd::Zero(states);
+}
+
 void Ridge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights) {
   const MatrixXd rows = with_one(u);
-  if (gram_.size() == 0) {
-    gram_ = MatrixXd::Zero(rows.rows(), rows.rows());
-    cross_ = MatrixXd::Zero(x.rows(), rows.rows());
-    squares_ = VectorXd::Zero(x.rows());
-  }
+  begin(rows.rows(), x.rows());
   MatrixXd known = x;
   for (Index k = 0; k < x.cols(); ++k)  // NaN stays NaN when it is weighted by zero
     if (weights[k] <= 0.0) known.col(k).setZero();
@@ -36,14 +39,7 @@ void Ridge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights) {
 }
 
 void Ridge::add(const Ridge& other, double share) {
-  if (gram_.size() == 0) {
-    *this = other;
-    gram_ *= share;
-    cross_ *= share;
-    squares_ *= share;
-    weight_ *= share;
-    return;
-  }
+  begin(other.gram_.rows(), other.cross_.rows());
   gram_ += share * other.gram_;
   cross_ += share * other.cross_;
   squares_ += share * other.squares_;
@@ -72,23 +68,33 @@ void TransientRidge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& w
       bins_[bin].add(u(Eigen::all, columns[bin]), x(Eigen::all, columns[bin]), weights(columns[bin]));
 }
 
+double TransientRidge::weight() const {
+  double sum = 0.0;
+  for (const Ridge& bin : bins_) sum += bin.weight();
+  return sum;
+}
+
 MatrixXd TransientRidge::fit(double ridge) const {
   constexpr int kFits = 4;
   constexpr double kLeast = 1e-3;  // deviations of a state
+  std::vector<const Ridge*> bins;  // those that count
   Ridge all;
-  for (const Ridge& bin : bins_)
-    if (bin.weight() > 0.0) all.add(bin, 1.0);
+  for (const Ridge& bin : bins_) {
+    if (!(bin.weight() > 0.0)) continue;
+    bins.push_back(&bin);
+    all.add(bin, 1.0);
+  }
   MatrixXd w = all.fit(ridge);
   MatrixXd constant = MatrixXd::Zero(w.rows(), w.cols());
   constant.col(0) = all.mean();
   const VectorXd least = kLeast * kLeast * all.squared_errors(constant);
   for (int fit = 1; fit < kFits; ++fit) {
-    const MatrixXd before = w;
+    std::vector<VectorXd> errors;
+    for (const Ridge* bin : bins) errors.push_back(bin->squared_errors(w));
     for (Index i = 0; i < w.rows(); ++i) {
       Ridge relative;
-      for (const Ridge& bin : bins_)
-        if (bin.weight() > 0.0)
-          relative.add(bin, 1.0 / (bin.squared_errors(before)(i) + least(i) + 1e-300) / bin.weight());
+      for (std::size_t bin = 0; bin < bins.size(); ++bin)
+        relative.add(*bins[bin], 1.0 / (errors[bin](i) + least(i) + 1e-300) / bins[bin]->weight());
       w.row(i) = relative.fit(ridge).row(i);
     }
   }

@@ -33,26 +33,33 @@ class Ridge {
   Eigen::VectorXd squared_errors(const Eigen::MatrixXd& w) const;
 
  private:
+  /// Sums of zero, at the first samples.
+  void begin(Eigen::Index columns, Eigen::Index states);
+
   Eigen::MatrixXd gram_, cross_;  ///< weighted sums of [1; u] [1; u]' and of x [1; u]'
   Eigen::VectorXd squares_;       ///< weighted sums of x^2
   double weight_ = 0.0;
 };
 
 /// Ridge regression over runs that begin with a transient, whose errors are far larger than the settled ones and would
-/// decide alone. Each error counts relative to the error that is reachable at its time since the start:
-///   weight of a sample = w_k / (mean squared error of the fit at that time + (0.001 deviation of the state)^2)
-/// by a few fits, each with the weights of the one before.
+/// decide alone. Times since the start are binned, three bins in each octave. All bins count alike. In each, an error
+/// counts relative to the one that is reachable there:
+///   weight of a sample = w_k / (weight of its bin (mean squared error there + (0.001 deviation of the state)^2))
+/// by a few fits, each with the errors of the one before.
 class TransientRidge {
  public:
   /// As Ridge::add(). since_start: sample periods since the start of the run, N.
   void add(const Eigen::MatrixXd& u, const Eigen::MatrixXd& x, const Eigen::VectorXd& weights,
            const std::vector<int>& since_start);
 
+  /// As Ridge::weight().
+  double weight() const;
+
   /// As Ridge::fit().
   Eigen::MatrixXd fit(double ridge) const;
 
  private:
-  std::vector<Ridge> bins_;  ///< by time since the start, three in each octave
+  std::vector<Ridge> bins_;
 };
 
 /// `u` with a row of ones on top, as W of Ridge::fit() needs it.

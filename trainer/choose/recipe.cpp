@@ -98,8 +98,7 @@ class Deriver {
     for (const Choice& choice : finalists) {
       Experiment e = with(choice.bank, choice.reading);
       complete(e, choice);
-      experiments.push_back(parse_experiment(format_experiment(e), "what was derived"));
-      experiments.back().threads = base_.threads;
+      experiments.push_back(checked(e));
     }
     const std::optional<Experiment> gated = gated_rival(draft_, experiment_for_data(draft_), length_s_);
     if (finalists.size() == 1 && !gated && !may_read_clock_products())
@@ -181,8 +180,13 @@ class Deriver {
         o.clocks_s.push_back(rounded(time_s));
     if (o.clocks_s.empty()) o.clocks_s = {rounded(2.0 * period_s_)};
     o.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
+    return checked(e);
+  }
+
+  /// As its own text reads, which is what derived.toml holds.
+  Experiment checked(const Experiment& e) const {
     Experiment derived = parse_experiment(format_experiment(e), "what was derived");
-    derived.threads = e.threads;
+    derived.threads = base_.threads;
     return derived;
   }
 
@@ -226,10 +230,10 @@ class Deriver {
     constexpr int kFewFeatures = 64, kFewSamples = 6000, kManyFeatures = 256, kManySamples = 16000;
     constexpr std::size_t kFinalists = 4;
     ReadoutProbe probe(base_, data_);
-    const int readings_count = static_cast<int>(data_.readings().size());
+    const int most_rows = kMostFeatures / std::max(1, static_cast<int>(data_.readings().size()));
     const double longest_s = longest_time_constant_s(run_lengths_s(data_));
     const auto too_slow = [&](const ModeBank& bank) { return bank.slowest() * longest_s < 1.0; };
-    std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, kMostFeatures / std::max(1, readings_count));
+    std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, most_rows);
     std::erase_if(banks, too_slow);
     if (banks.empty())
       throw codegen::Error(
@@ -266,11 +270,10 @@ class Deriver {
     tried_ = rough.size() + fine.size();
     std::vector<Choice> best = best_of_forms(fine);
     const ModeBank resonant =
-        with_resonances(best.front().bank, period_s_, longest_s, kMostFeatures / std::max(1, readings_count),
-                        [&](const ModeBank& bank) {
-                          ++tried_;
-                          return probe.error(with(bank, best.front().reading), 0, kFewSamples).mean_log();
-                        });
+        with_resonances(best.front().bank, period_s_, longest_s, most_rows, [&](const ModeBank& bank) {
+          ++tried_;
+          return probe.error(with(bank, best.front().reading), 0, kFewSamples).mean_log();
+        });
     if (resonant.rows() > best.front().bank.rows()) {
       measure(resonant, best.front().reading);
       if (fine.back().value() < best.front().value()) {  // with a curved readout and all samples, too

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kWorthAPair = 0.1;  // of the logarithm of the error
+constexpr double kWorthAPair = 0.1;  // least fall of the log error
 constexpr int kMostPairs = 3;
 
 struct Resonance {

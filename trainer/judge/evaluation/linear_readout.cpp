@@ -46,15 +46,15 @@ MatrixXd LinearReadout::features(const codegen::Run& run) const {
 
 void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
   const MatrixXd states = angles_encoded(truth.states, states_);
-  ridge_.add(features(run), states, truth.weight);
-  if (clocks_.empty()) return;
+  if (clocks_.empty()) return ridge_.add(features(run), states, truth.weight);
   std::vector<int> since_start(static_cast<std::size_t>(run.z.cols()));
   std::iota(since_start.begin(), since_start.end(), 0);
   of_products_.add(features(run), states, truth.weight, since_start);
 }
 
 void LinearReadout::fit() {
-  if (!(ridge_.weight() > 0.0)) throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
+  if (!(ridge_.weight() + of_products_.weight() > 0.0))
+    throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
   weights_ = clocks_.empty() ? ridge_.fit(kRidge) : of_products_.fit(kRidge);
 }
 
