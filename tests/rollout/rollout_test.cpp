@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <mutex>
 #include <random>
+#include <vector>
 
 #include "tests/support/mirrored.h"
 
@@ -60,6 +64,25 @@ TEST(TrainingData, HasOneStepWhenSamplingIsUniform) {
   EXPECT_TRUE(data.runs[0].step_of.empty());
 }
 
+TEST(TrainingData, RollsALongRunOutInEightPiecesThatCoverItOnce) {
+  Dataset dataset = jittering_log();
+  dataset.uniform = true;
+  Trajectory& run = dataset.trajectories[0];
+  for (const int samples : {kLongestWhole, kLongestWhole + 1}) {
+    run.time_s = Eigen::VectorXd::LinSpaced(samples, 0.0, 0.004 * (samples - 1));
+    run.outputs = run.states = Eigen::MatrixXd::Zero(1, samples);
+    run.weight = Eigen::VectorXd::Ones(samples);
+    const std::vector<Segment> segments = whole_runs(TrainingData(dataset));
+    EXPECT_EQ(segments.size(), samples > kLongestWhole ? 8U : 1U);
+    int next = 0;
+    for (const Segment& segment : segments) {
+      EXPECT_EQ(segment.start, next);
+      next += segment.length;
+    }
+    EXPECT_EQ(next, samples);
+  }
+}
+
 /// z = y: all that a roll-out gathers can be read from it.
 class Identity final : public LatentDynamics {
  public:
@@ -93,6 +116,69 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
       ASSERT_EQ(rollout.state(segments[1], state, t), (row == 0 ? -1.0F : 1.0F) * rollout.state(segments[0], state, t));
     }
   }
+}
+
+/// z of all samples of the segments: rows x (groups, lanes, samples).
+using Latents = std::map<std::array<int, 3>, std::vector<float>>;  // of a group, a time and a lane
+
+void keep_latents(int index, int first, const SegmentGroup& piece, int rows, Latents& all) {
+  for (int t = 0; t < piece.length; ++t)
+    for (int lane = 0; lane < kGroup; ++lane)
+      for (int row = 0; row < rows; ++row) {
+        std::vector<float>& z = all[{index, first + t, lane}];
+        z.resize(static_cast<std::size_t>(rows));
+        z[static_cast<std::size_t>(row)] = piece.latent[piece.at(row, t) + static_cast<std::size_t>(lane)];
+      }
+}
+
+TEST(Rollout, InPiecesHasTheBitsOfAWholeOne) {
+  Dataset dataset = jittering_log();
+  Trajectory& run = dataset.trajectories[0];
+  run.outputs = run.states = Eigen::MatrixXd::Random(1, run.samples());
+  LatentShape shape;
+  shape.modes = {{.pair = true, .row = 0, .reading = 0}, {.row = 2, .reading = 0}, {.row = 3}};
+  shape.rows = 4;
+  shape.learned = 3;
+  shape.starts_steady = true;
+  ThreadPool pool(2);
+  std::vector<Segment> segments;
+  for (int s = 0; s < 11; ++s) segments.push_back({.run = 0, .start = 31 * s, .length = 900 - 7 * s});
+  for (const bool uniform : {true, false}) {
+    dataset.uniform = uniform;
+    const TrainingData data(dataset);
+    const std::vector<double> eigenvalues = {-3.0, 8.0, -2.0, -1.0};
+    const std::vector<float> parameters = parameters_from_eigenvalues(shape, eigenvalues.data());
+    LinearLatent dynamics(shape, eigenvalues, data.steps_s, true);
+    dynamics.prepare(parameters.data());
+    const NoiseMixture noise(parse_noise("gaussian:0.1"));
+    Rollout whole(data), pieces(data);
+    whole.run(segments, dynamics, noise, 1, Purpose::kNoise, 0, pool);
+    Latents expected, found;
+    for (std::size_t g = 0; g < whole.groups().size(); ++g)
+      keep_latents(static_cast<int>(g), 0, whole.groups()[g], shape.rows, expected);
+    std::mutex one;
+    int longest = 0;
+    pieces.run_in_pieces(segments, dynamics, noise, 1, Purpose::kNoise, 0, pool, {}, 64,
+                         [&](int index, int first, const SegmentGroup& piece) {
+                           const std::lock_guard<std::mutex> lock(one);
+                           longest = std::max(longest, piece.length);
+                           keep_latents(index, first, piece, shape.rows, found);
+                         });
+    EXPECT_EQ(longest, 64);
+    EXPECT_EQ(found, expected);
+    EXPECT_GT(expected.size(), 10000U);  // control: there is something to compare
+  }
+}
+
+TEST(Rollout, InPiecesKeepsAGroupWholeWhoseDynamicsCannotContinue) {
+  const TrainingData data(jittering_log());
+  Rollout rollout(data);
+  Identity dynamics(1);
+  ThreadPool pool(1);
+  std::vector<int> lengths;
+  rollout.run_in_pieces({{.run = 0, .start = 0, .length = 900}}, dynamics, {}, 1, Purpose::kNoise, 0, pool, {}, 64,
+                        [&](int, int, const SegmentGroup& piece) { lengths.push_back(piece.length); });
+  EXPECT_EQ(lengths, std::vector<int>{900});
 }
 
 /// Two outputs, the second of which is even.

@@ -23,6 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostRuns = 128, kMostSamples = 16000, kMostFolds = 4;
+constexpr int kPiece = 4096;                       // samples of a roll-out in memory; the row of a piece has 128 KiB
 constexpr std::uint64_t kProbe = 0x70726f6265ULL;  // a step that no training has
 constexpr double kLeast = 1e-16;                   // squared errors below it are rounding
 constexpr std::array kRidges = {1e-8, 1e-6, 1e-4, 1e-2, 1.0};
@@ -180,16 +181,23 @@ MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
   }();
   const auto dynamics = structure.module->latent_dynamics(experiment, structure, data_.steps_s, pool_.threads());
   dynamics->prepare(initial_dynamics(structure, experiment).data());
-  rollout_.run(segments_, *dynamics, experiment.training.all_noise(), experiment.seed, Purpose::kNoise, kProbe, pool_,
-               experiment.training.input_noise);
+  std::vector<std::vector<Index>> columns((segments_.size() + kGroup - 1) / kGroup);  // of each group, by time
+  for (Index k = 0; k < count; ++k)
+    columns[static_cast<std::size_t>(samples_[static_cast<std::size_t>(k)].group)].push_back(k);
+  const auto time = [&](Index k) { return samples_[static_cast<std::size_t>(k)].time; };
+  for (std::vector<Index>& of_group : columns) std::ranges::stable_sort(of_group, {}, time);
   MatrixXd u(static_cast<Index>(structure.features.size()), count);
-  for (Index k = 0; k < u.cols(); ++k) {
-    const Sample& sample = samples_[static_cast<std::size_t>(k)];
-    const SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(sample.group)];
-    for (Index f = 0; f < u.rows(); ++f)
-      u(f, k) = static_cast<double>(
-          normalised_feature(structure.features[static_cast<std::size_t>(f)], group, sample.lane, sample.time));
-  }
+  const auto keep = [&](int index, int first, const SegmentGroup& piece) {
+    const std::vector<Index>& all = columns[static_cast<std::size_t>(index)];
+    for (auto k = std::ranges::lower_bound(all, first, {}, time); k != all.end() && time(*k) < first + piece.length;
+         ++k)
+      for (Index f = 0; f < u.rows(); ++f)
+        u(f, *k) =
+            static_cast<double>(normalised_feature(structure.features[static_cast<std::size_t>(f)], piece,
+                                                   samples_[static_cast<std::size_t>(*k)].lane, time(*k) - first));
+  };
+  rollout_.run_in_pieces(segments_, *dynamics, experiment.training.all_noise(), experiment.seed, Purpose::kNoise,
+                         kProbe, pool_, experiment.training.input_noise, kPiece, keep);
   return u;
 }
 

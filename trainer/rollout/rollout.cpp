@@ -102,11 +102,65 @@ void mirror_lane(const Mirror& mirror, int given, int lane, SegmentGroup& group)
   }
 }
 
+/// Copies the samples [first, first + piece.length) of `rows` rows.
+void copy_rows(const SegmentGroup& group, const std::vector<float>& from, int rows, int first,
+               const SegmentGroup& piece, std::vector<float>& to) {
+  to.resize(piece.at(rows, 0));
+  for (int row = 0; row < rows; ++row)
+    std::copy_n(from.data() + group.at(row, first), piece.at(1, 0), to.data() + piece.at(row, 0));
+}
+
 }  // namespace
 
 void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
                   std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
                   const NoiseConfig& input_noise) {
+  gather_all(segments, noise, seed, purpose, step, pool, input_noise, [&](int index, int thread) {
+    SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+    group.latent.resize(group.at(dynamics.rows(), 0));
+    dynamics.forward(group, thread);
+  });
+}
+
+void Rollout::run_in_pieces(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
+                            std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
+                            const NoiseConfig& input_noise, int length, const VisitPiece& visit) {
+  gather_all(segments, noise, seed, purpose, step, pool, input_noise, [&](int index, int thread) {
+    SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+    if (!dynamics.continues() || group.length <= length) {
+      group.latent.resize(group.at(dynamics.rows(), 0));
+      dynamics.forward(group, thread);
+      visit(index, 0, group);
+      group = SegmentGroup();
+      return;
+    }
+    SegmentGroup piece;
+    piece.lanes = group.lanes;
+    // A piece begins with the last sample of the piece before it, which has its z.
+    for (int first = 0; first == 0 || first + 1 < group.length; first += length - 1) {
+      std::vector<float> last;
+      for (int row = 0; first > 0 && row < dynamics.rows(); ++row)
+        last.insert(last.end(), piece.latent.data() + piece.at(row, piece.length - 1),
+                    piece.latent.data() + piece.at(row, piece.length));
+      piece.continues = first > 0;
+      piece.length = std::min(length, group.length - first);
+      copy_rows(group, group.readings, data_->nr, first, piece, piece.readings);
+      if (!group.step_of.empty())
+        piece.step_of.assign(group.step_of.data() + group.at(0, first),
+                             group.step_of.data() + group.at(0, first + piece.length));
+      piece.latent.resize(piece.at(dynamics.rows(), 0));
+      for (int row = 0; first > 0 && row < dynamics.rows(); ++row)
+        std::copy_n(last.data() + row * kGroup, kGroup, piece.latent.data() + piece.at(row, 0));
+      dynamics.forward(piece, thread);
+      visit(index, first, piece);
+    }
+    group = SegmentGroup();
+  });
+}
+
+void Rollout::gather_all(const std::vector<Segment>& segments, const NoiseMixture& noise, std::uint64_t seed,
+                         Purpose purpose, std::uint64_t step, ThreadPool& pool, const NoiseConfig& input_noise,
+                         const std::function<void(int index, int thread)>& use) {
   limits_ = ReadingLimits(*data_, noise, input_noise);
   segments_ = segments;
   groups_.resize((segments.size() + kGroup - 1) / kGroup);
@@ -114,9 +168,7 @@ void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics
     const auto group_index = static_cast<std::uint64_t>(index);
     gather(index, noise.of(step * groups_.size() + group_index), input_noise,
            stream_seed(seed, purpose, step, group_index));
-    SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
-    group.latent.resize(group.at(dynamics.rows(), 0));
-    dynamics.forward(group, thread);
+    use(index, thread);
   });
 }
 

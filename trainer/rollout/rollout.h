@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "trainer/base/noise.h"
@@ -24,6 +25,15 @@ class Rollout {
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
            std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
            const NoiseConfig& input_noise = {});
+
+  /// A piece of a group: visit(group's index, time of the piece's first sample in the segments, piece).
+  using VisitPiece = std::function<void(int index, int first, const SegmentGroup& piece)>;
+
+  /// Computes the same as run(), but keeps no group: visits each group in pieces, in the order of time. A thread visits
+  /// one group at a time. `length`: most samples of a piece. Dynamics that cannot continue have one piece per group.
+  void run_in_pieces(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
+                     std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
+                     const NoiseConfig& input_noise, int length, const VisitPiece& visit);
 
   std::vector<SegmentGroup>& groups() { return groups_; }
   const std::vector<SegmentGroup>& groups() const { return groups_; }
@@ -47,6 +57,10 @@ class Rollout {
     const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
     return run.states.data() + row * static_cast<std::size_t>(run.samples) + segment.start;
   }
+  /// Gathers the groups and calls `use` with each.
+  void gather_all(const std::vector<Segment>& segments, const NoiseMixture& noise, std::uint64_t seed, Purpose purpose,
+                  std::uint64_t step, ThreadPool& pool, const NoiseConfig& input_noise,
+                  const std::function<void(int index, int thread)>& use);
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
   void lose_failing(int index);
   void compute(SegmentGroup& group) const;

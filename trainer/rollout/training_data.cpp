@@ -123,7 +123,12 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
 std::vector<Segment> whole_runs(const TrainingData& data) {
   std::vector<Segment> segments;
   for (std::size_t r = 0; r < data.runs.size(); ++r) {
-    segments.push_back({.run = static_cast<int>(r), .start = 0, .length = data.runs[r].samples});
+    constexpr int kPieces = 8;  // lanes of a group
+    const int samples = data.runs[r].samples, pieces = samples > kLongestWhole ? kPieces : 1;
+    const auto start = [&](int piece) { return static_cast<int>(static_cast<long>(samples) * piece / pieces); };
+    for (int piece = 0; piece < pieces; ++piece)
+      segments.push_back(
+          {.run = static_cast<int>(r), .start = start(piece), .length = start(piece + 1) - start(piece)});
   }
   return segments;
 }

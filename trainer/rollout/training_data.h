@@ -77,7 +77,11 @@ struct Segment {
   std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
 };
 
-/// All runs from their start, at full length.
+/// A longer run is rolled out in pieces. A group has the length of its longest segment for each of its eight lanes, so
+/// one run of millions of samples alone would need eight times its memory.
+inline constexpr int kLongestWhole = 1 << 18;  ///< samples
+
+/// All runs from their start, at full length. A run longer than kLongestWhole is eight segments of equal length.
 std::vector<Segment> whole_runs(const TrainingData& data);
 
 /// Whole runs with one sensor missing throughout, for each sensor that may fail. None if `dropout` is 0, because no

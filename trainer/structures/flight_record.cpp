@@ -39,8 +39,8 @@ int piece_length(const codegen::Model& model) {
 
 std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   std::vector<Place> places;
-  Index possible = 0, total = 0;                                   // with one piece of each segment; with all of it
-  const auto runs = static_cast<int>(rollout.data().runs.size());  // the runs themselves come first, whole
+  Index possible = 0, total = 0;  // with one piece of each segment; with all of it
+  const auto runs = static_cast<int>(whole_runs(rollout.data()).size());  // the runs themselves come first, whole
   for (std::size_t g = 0; g < rollout.groups().size(); ++g)
     for (int l = 0; l < rollout.groups()[g].lanes && static_cast<int>(g) * kGroup + l < runs; ++l) {
       places.push_back({static_cast<int>(g), l});

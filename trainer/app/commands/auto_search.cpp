@@ -48,8 +48,8 @@ class Search {
         budget_(budget),
         directory_(std::move(directory)),
         quiet_(quiet),
-        judge_(task.experiment, task.data.validation) {
-    const std::uint64_t data = training_data_hash(task.data.training, task.data.validation);
+        judge_(task.experiment, task.data.choosing()) {
+    const std::uint64_t data = training_data_hash(task.data.training, task.data.choosing());
     const std::string text = fmt::format("{} {} {} {} {}", run_identity(task.experiment), data, budget.minutes,
                                          budget.multiply_adds, budget.flash_bytes);
     record_.identity = fingerprint(text.data(), text.size());
@@ -178,7 +178,7 @@ class Search {
       end = now();
     };
     const CandidateData data(task_, experiment);
-    const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
+    const TrainingResult result = train(experiment, data.get().training, data.get().choosing(), options);
     if (result.steps_done < kSteps) return;
     const double steps_per_s = (kSteps - kWarm) / std::max(seconds(warm, end), 1e-6);
     const JobCost cost = model_cost(result.model);
@@ -232,7 +232,7 @@ class Search {
     try {
       const CandidateData data(task_, experiment);
       const TrainingResult result = resume_or_begin(folder, context, [&](const TrainOptions& options) {
-        return train(experiment, data.get().training, data.get().validation, options);
+        return train(experiment, data.get().training, data.get().choosing(), options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
       // `nlo train` trains the chosen experiment once more and refuses a training that got nowhere. The few steps of an

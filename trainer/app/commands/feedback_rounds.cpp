@@ -73,7 +73,7 @@ TrainingResult run_round(const Experiment& experiment, const RunData& data, cons
   options.stop = &stop_on_interrupt();
   options.facts = rounds.facts;
   if (!rounds.quiet) options.progress = [&](const TrainProgress& progress) { display.update(progress); };
-  TrainingResult result = train_with_folds(experiment, data.training, data.validation, options,
+  TrainingResult result = train_with_folds(experiment, data.training, data.choosing(), options,
                                            [&](const std::string& training) { display.begin(training); });
   display.finish(result);
   return result;

@@ -32,7 +32,9 @@ Experiment with_known_transient(const PreparedRun& run) {
 
 RunData simulated_data(const Experiment& experiment) {
   TrainingSets sets = simulate_training_sets(experiment);
-  return {std::move(sets.training), std::move(sets.validation), {}, {}, {}, std::move(sets.warnings)};
+  RunData data{std::move(sets.training), std::move(sets.validation)};
+  data.warnings = std::move(sets.warnings);
+  return data;
 }
 
 PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory, bool quiet) {
@@ -44,7 +46,7 @@ PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory
 }
 
 std::uint64_t logs_fingerprint(const PreparedRun& run) {
-  return run.experiment.log ? training_data_hash(run.data.training, run.data.validation) : 0;
+  return run.experiment.log ? training_data_hash(run.data.training, run.data.choosing()) : 0;
 }
 
 void simulate_and_derive(const DraftExperiment& draft, const std::string& directory, bool quiet, PreparedRun& run) {
@@ -56,10 +58,11 @@ void simulate_and_derive(const DraftExperiment& draft, const std::string& direct
   DraftExperiment found = draft;
   found.experiment.log = run.experiment.log;
   if (!quiet) fmt::print(stderr, "deriving what the experiment leaves out ...\n");
-  Recipe recipe = run_phase([&] { return derive_recipe(found, run.data.training, run.data.validation); });
+  Recipe recipe = run_phase([&] { return derive_recipe(found, run.data.training, run.data.choosing()); });
   if (!quiet) fmt::print(stderr, "{}", printable(recipe.text));
   run.experiment = std::move(recipe.experiment);
   if (run.experiment.training.transient == Transient::kKeep) return;
+  run.data = {};  // two copies of a log of many rows are large
   run.data = run.experiment.plant ? simulate(run.experiment) : logged_data(run.experiment, directory, true);
 }
 
@@ -79,19 +82,23 @@ RunData logged_data(const Experiment& experiment, const std::string& directory, 
   LogSplits splits = load_log_splits(*experiment.log, directory, mirrored_channels(experiment));
   if (!quiet) fmt::print(stderr, "{}", printable(to_text(splits.report)));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
-  ReportedLogs judged = logs_to_report_on(splits);
-  if (splits.validation.trajectories.empty()) {
-    if (!quiet)
-      fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs{}\n",
-                 experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
-    splits.validation = splits.train;
-  }
-  if (experiment.training.transient == Transient::kDrop) {
-    const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
-    for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
-  }
-  return {std::move(splits.train), std::move(splits.validation), std::move(judged), std::move(splits.report),
-          std::move(splits.remembered)};
+  if (splits.validation.trajectories.empty() && !quiet)
+    fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs{}\n",
+               experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
+  const bool drops = experiment.training.transient == Transient::kDrop;
+  const ReportedLogs reported = logs_to_report_on(splits);
+  Dataset judged;  // a log of many rows is large: it is copied only where its transient is dropped
+  std::string split = reported.split;
+  if (split == "test")
+    judged = std::move(splits.test);
+  else if (drops)
+    judged = reported.logs;
+  RunData data{std::move(splits.train), std::move(splits.validation), std::move(judged),
+               std::move(split),        std::move(splits.report),     std::move(splits.remembered)};
+  if (!drops) return data;
+  const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
+  for (Dataset* set : {&data.training, &data.validation}) drop_transient(*set, transient_s);
+  return data;
 }
 
 }  // namespace nlo::trainer

@@ -16,11 +16,21 @@
 namespace nlo::trainer {
 
 struct RunData {
-  Dataset training, validation;
-  ReportedLogs judged;  ///< test logs; a plant is tested on new trajectories
-  LogReport clock;      ///< report of the logs' clock
+  Dataset training;
+  Dataset validation;      ///< empty: the training logs also choose the model
+  Dataset judged = {};     ///< logs that judge the model, where no other set holds them whole
+  std::string split = {};  ///< their split, as in ReportedLogs; a plant is tested on new trajectories
+  LogReport clock = {};    ///< report of the logs' clock
   TrainingLogs remembered = {};
   std::vector<std::string> warnings = {};  ///< warnings about simulated runs
+
+  /// The set that chooses the model.
+  const Dataset& choosing() const { return validation.trajectories.empty() ? training : validation; }
+  /// The logs that judge the model.
+  ReportedLogs reported() const {
+    if (!judged.trajectories.empty()) return {judged, split};
+    return {split == "training" ? training : validation, split};
+  }
 };
 
 /// Simulates the data of an experiment with a [plant].

@@ -31,7 +31,7 @@ RunReport report_on_plant(const codegen::Model& model, const Experiment& experim
 
 /// The logs that judge a model: the test split; without one the validation split, without that the training split.
 struct ReportedLogs {
-  Dataset logs;
+  const Dataset& logs;
   std::string split;  ///< "test", "validation" or "training"
 };
 ReportedLogs logs_to_report_on(const LogSplits& splits);

@@ -72,7 +72,7 @@ void require_end(const TrainingResult& result, int steps, const RunFolder& folde
 
 RunReport judge(const Experiment& experiment, const RunData& data, const TrainingResult& result) {
   const auto measure = [&] {
-    if (experiment.log) return report_on_logs(result.model, experiment, data.training, data.judged, data.clock);
+    if (experiment.log) return report_on_logs(result.model, experiment, data.training, data.reported(), data.clock);
     StudyTest test;
     test.seed = experiment.seed;
     test.threads = experiment.threads;

@@ -26,6 +26,9 @@ class LatentDynamics {
   /// Fills group.latent from group.readings. `thread` names scratch memory.
   virtual void forward(SegmentGroup& group, int thread) = 0;
 
+  /// Returns true if forward() accepts a group that continues longer segments.
+  virtual bool continues() const { return false; }
+
   /// Fills group.gradient, dl/d(parameters), from group.cotangent.
   virtual void backward(SegmentGroup& group, int thread) = 0;
 
@@ -42,6 +45,7 @@ class LinearLatent final : public LatentDynamics {
 
   void prepare(const float* parameters) override;
   void forward(SegmentGroup& group, int thread) override;
+  bool continues() const override { return true; }
   void backward(SegmentGroup& group, int thread) override;
 
  private:

@@ -130,8 +130,9 @@ struct ModeRun {
 /// The modes of one kind together: the steps of one wait for each other, those of several do not.
 constexpr int kTogether = 4;
 
+/// continues: z of sample 0 is given.
 template <bool kPair, bool kUniform, int kModes>
-void filter_modes(const ModeRun* modes, const int* step_of, int length) {
+void filter_modes(const ModeRun* modes, const int* step_of, int length, bool continues) {
   struct Coefficient {
     ComplexPack a, b0, b1;
   };
@@ -147,6 +148,10 @@ void filter_modes(const ModeRun* modes, const int* step_of, int length) {
     const P y0 = simd::load<P>(mode.y);
     re[m] = simd::broadcast<P>(mode.start.real()) * y0;
     im[m] = simd::broadcast<P>(mode.start.imag()) * y0;
+    if (continues) {
+      re[m] = simd::load<P>(mode.z_re);
+      if constexpr (kPair) im[m] = simd::load<P>(mode.z_im);
+    }
     simd::store(mode.z_re, re[m]);
     if constexpr (kPair) simd::store(mode.z_im, im[m]);
     if constexpr (kUniform) same[m] = coefficient(mode, nullptr);
@@ -251,8 +256,8 @@ std::vector<ModeRun> runs_of(bool pair, const LatentShape& shape, const Coeffici
 }
 
 template <bool kUniform>
-void filter_clock(const ModeCoefficients* table, const int* step_of, int length, float* z_re) {
-  P z = simd::broadcast<P>(1.0F);  // z_0 = 1 and nothing comes in
+void filter_clock(const ModeCoefficients* table, const int* step_of, int length, bool continues, float* z_re) {
+  P z = continues ? simd::load<P>(z_re) : simd::broadcast<P>(1.0F);  // z_0 = 1 and nothing comes in
   for (int t = 0; t < length; ++t) {
     simd::store(z_re + t * kGroup, z);
     z += z * pick<kUniform>(table, &ModeCoefficients::a_minus_1, kUniform ? nullptr : step_of + t * kGroup).re;
@@ -264,14 +269,14 @@ void filter_as(const LatentShape& shape, const Coefficients& coefficients, Segme
   const auto filter_all = [&]<bool kPair>(std::bool_constant<kPair>) {
     const std::vector<ModeRun> runs = runs_of(kPair, shape, coefficients, group);
     in_even_parts<kTogether>(static_cast<int>(runs.size()), [&](auto count, int first) {
-      filter_modes<kPair, kUniform, count()>(runs.data() + first, group.step_of.data(), group.length);
+      filter_modes<kPair, kUniform, count()>(runs.data() + first, group.step_of.data(), group.length, group.continues);
     });
   };
   filter_all(std::true_type());
   filter_all(std::false_type());
   for (std::size_t m = 0; m < shape.modes.size(); ++m) {
     if (shape.modes[m].reading >= 0) continue;
-    filter_clock<kUniform>(coefficients.mode(m), group.step_of.data(), group.length,
+    filter_clock<kUniform>(coefficients.mode(m), group.step_of.data(), group.length, group.continues,
                            group.latent.data() + group.at(shape.modes[m].row, 0));
   }
 }

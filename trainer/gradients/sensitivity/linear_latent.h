@@ -80,6 +80,7 @@ struct SegmentGroup {
   std::vector<int> step_of;      ///< length x 8: index into the coefficients' steps, of the step that leaves a sample;
                                  ///< empty when sampling is uniform (all 0)
   std::vector<double> gradient;  ///< dl/d(parameters), n learned rows
+  bool continues = false;        ///< latent holds z of sample 0: the group continues longer segments
 
   std::size_t at(int row, int time) const {
     return (static_cast<std::size_t>(row) * static_cast<std::size_t>(length) + static_cast<std::size_t>(time)) * kGroup;

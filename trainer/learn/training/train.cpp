@@ -51,12 +51,13 @@ class Training {
         options_(options),
         failures_(structure_of(experiment.observer).failures(experiment, training)),
         training_data_(training, failures_),
-        validation_data_(validation, failures_),
+        validation_data_(&training == &validation ? std::nullopt
+                                                  : std::optional<TrainingData>(std::in_place, validation, failures_)),
         structure_(make_structure(experiment, needs_forward_map(experiment.loss), training.outputs, training.states,
                                   training.inputs_read(), static_cast<int>(failures_.outputs.size()))),
         pool_(experiment.threads),
         objective_(experiment_, structure_, training_data_, pool_),
-        validator_(experiment_, structure_, validation_data_, pool_),
+        validator_(experiment_, structure_, validation_data_ ? *validation_data_ : training_data_, pool_),
         optimiser_(experiment.training.optimiser, parameter_groups(experiment, structure_)),
         data_hash_(training_data_hash(training, validation)),
         fingerprint_(run_fingerprint(experiment, data_hash_)) {}
@@ -263,7 +264,8 @@ class Training {
   const Dataset& dataset_;
   const TrainOptions& options_;
   codegen::SensorFailures failures_;
-  TrainingData training_data_, validation_data_;
+  TrainingData training_data_;
+  std::optional<TrainingData> validation_data_;  ///< none: the training set also validates
   ObserverStructure structure_;
   ThreadPool pool_;
   Objective objective_, validator_;
