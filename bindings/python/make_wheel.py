@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes a wheel of the package nlo, with libnlo-model and the program of a build in it: pip install nlo-*.whl.
+"""Writes a wheel of the package nlo, which contains libnlo-model and the program of a build: pip install nlo-*.whl.
 
 usage: make_wheel.py BUILD_DIR [-o DIR]
 
-The wheel is for this system and every Python from 3.9 on. For any processor of the kind, build with -DNLO_NATIVE=OFF.
+The wheel is for this system and every Python from 3.9 on. If it must run on other processors, build with -DNLO_NATIVE=OFF.
 """
 import argparse
 import base64
@@ -22,7 +22,7 @@ BUNDLED = re.compile(r"lib(fmt|muparser)\.so\.\d+")  # what the program needs be
 
 
 def needed_libraries(program):
-    """Those of BUNDLED that the program is linked to."""
+    """Returns the paths of the libraries in BUNDLED to which the program is linked."""
     lines = subprocess.run(["ldd", str(program)], check=True, capture_output=True, text=True).stdout.splitlines()
     return [pathlib.Path(words[2]) for words in map(str.split, lines) if len(words) > 2 and BUNDLED.fullmatch(words[0])]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Channels, and the arrays of a user as libnlo-model takes them."""
+"""Channels, and the conversion of a user's arrays into arrays for libnlo-model."""
 from __future__ import annotations
 
 import dataclasses
@@ -23,9 +23,9 @@ class Channel:
     """An output, an input or a state."""
 
     name: str
-    unit: str    #: "" where none is known
+    unit: str    #: "" if it is not known
     turn: float  #: the full turn of an angle in its unit; 0: not an angle
-    low: float   #: declared range; outside it a measurement is clamped, but not an angle or a relative output
+    low: float   #: declared range, outside of which a measurement is clamped (but not an angle or a relative output)
     high: float
 
 
@@ -40,7 +40,7 @@ def address(array: Optional[npt.NDArray[Any]]) -> Optional[int]:
 
 
 def numbers(given: Any, what: str) -> Array:
-    """As floats: masked values, None and pandas' NA are NaN, a missing sample. TypeError names `what`."""
+    """Converts to floats. Masked values, None and pandas' NA become NaN, a missing sample. TypeError names `what`."""
     if isinstance(given, np.ma.MaskedArray):
         return np.asarray(given.astype(float).filled(np.nan))
     if hasattr(given, "to_numpy"):  # a Series of pandas, whose missing values numpy does not read
@@ -62,7 +62,7 @@ def numbers(given: Any, what: str) -> Array:
 
 
 def samples(given: Columns, channels: Sequence[Channel], what: str) -> Array:
-    """As N x channels, C order."""
+    """Converts to an array of N x channels in C order."""
     names = [channel.name for channel in channels]
     if hasattr(given, "columns") or isinstance(given, Mapping):
         missing = [name for name in names if name not in given]  # type: ignore[operator]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""libnlo-model as ctypes sees it (bindings/c/nlo_model.h). ctypes lets other threads run during each call."""
+"""Declares libnlo-model for ctypes (bindings/c/nlo_model.h). ctypes lets other threads run during each call."""
 from __future__ import annotations
 
 import ctypes
@@ -15,24 +15,24 @@ NOT_KNOWN = -4
 
 
 class Error(Exception):
-    """What nlo refuses or fails at; the text names the file, the field or line, and what to change."""
+    """Raised if nlo refuses an input or fails. The text names the file, the field or line, and what to change."""
 
 
 class Status(enum.IntEnum):
-    """What a step did with its measurement; larger is worse. The latent state is finite after every step."""
+    """What a step did with its measurement. A larger value is worse. The latent state is finite after every step."""
 
     OK = 0            #: the measurement was used unchanged
     CLAMPED = 1       #: an output or input outside its declared range was clamped to it
     HELD = 2          #: an output was missing, not finite, or an angle out of range: its last good value was used
     STALE = 3         #: an output or input was held for about a time constant: do not trust the estimates
     OUT_OF_RANGE = 4  #: an output or input was out of range for about a time constant: do not trust the estimates
-    REJECTED = 5      #: the time step was not positive, or longer than the model can span: nothing was done
+    REJECTED = 5      #: the time step was not positive, or longer than the model can span: the step changed nothing
     DIVERGED = 6      #: the step would have overflowed: the last z was kept
-    RESET = 7         #: only of exported observers: a bit flip corrupted the state
+    RESET = 7         #: a bit flip corrupted the state; only exported observers return this
 
 
 def _found() -> str:
-    """The library: as the environment says, the one of the wheel, of the same prefix, or of the system."""
+    """Returns the path of the library: from NLO_MODEL_LIBRARY, else in the wheel, in the same prefix, or the system's."""
     name = f"libnlo-model.so.{ABI}"
     if given := os.environ.get("NLO_MODEL_LIBRARY"):
         return given
@@ -88,7 +88,7 @@ def last_error() -> Error:
 
 
 def checked(code: int) -> int:
-    """A result of the library; negative ones become an Error with its text."""
+    """Returns the result of a library call. Raises Error with the library's text if it is negative."""
     if code < 0:
         raise last_error()
     return code

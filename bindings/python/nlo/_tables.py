@@ -21,13 +21,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def _is_table(data: Any) -> bool:
-    """A DataFrame, or names with a column each."""
+    """Tells whether `data` is a DataFrame, or a dict of one column for each name."""
     return hasattr(data, "columns") or (isinstance(data, Mapping) and bool(data) and
                                         all(np.ndim(column) == 1 for column in data.values()))
 
 
 def named(data: Any) -> dict[str, Any]:
-    """Tables by the names of their files: one is log.csv, of a list log_1.csv, log_2.csv, ..."""
+    """Returns tables by file names: a single table is log.csv, those of a list are log_1.csv, log_2.csv, ..."""
     if _is_table(data):
         return {"log.csv": data}
     if isinstance(data, Mapping):
@@ -45,7 +45,7 @@ def named(data: Any) -> dict[str, Any]:
 
 
 def write(tables: Mapping[str, Any], folder: pathlib.Path) -> list[pathlib.Path]:
-    """As CSV with all digits; what is not a number is an empty cell."""
+    """Writes tables as CSV with all digits. NaN becomes an empty cell."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():
         columns = {str(column): np.asarray(table[column]) for column in
@@ -66,7 +66,7 @@ def _cell(value: Any) -> str:
 
 
 def with_files(experiment: Mapping[str, Any], tables: Mapping[str, Any]) -> dict[str, Any]:
-    """The experiment with train_files and test_files of [log], where it does not name any."""
+    """Returns the experiment with train_files and test_files added to [log], unless it names files."""
     log = dict(experiment.get("log", {}))
     if "train_files" not in log:
         log["train_files"] = [name for name in tables if not name.startswith("test")]
@@ -77,7 +77,7 @@ def with_files(experiment: Mapping[str, Any], tables: Mapping[str, Any]) -> dict
 
 
 def toml(keys: Mapping[str, Any]) -> str:
-    """Nested dicts as TOML: values first, then tables."""
+    """Writes nested dicts as TOML: values first, then tables."""
     return "\n".join(_lines(keys, "")) + "\n"
 
 

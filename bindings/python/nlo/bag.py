@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Reads bags of ROS 2 (rosbag2 in SQLite, .db3) as tables.
 
-A column is a topic and a number of its messages: "/imu/linear_acceleration.x", "/joint_states/position[2]", or
-"/joint_states/position[elbow]" by the message's array "name". A time is the stamps of a topic ("/imu/header.stamp") or
-the times at which its messages were received ("/imu").
+The name of a column is a topic and a number of its messages: "/imu/linear_acceleration.x", "/joint_states/position[2]", or
+"/joint_states/position[elbow]", whose element is found in the message's array "name". A time is the stamps of a topic
+("/imu/header.stamp") or the times of receipt of its messages ("/imu").
 """
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ _OTHERS = {  # first bytes of a file: what it is, what to do
 
 def read_bag(path: Union[str, "os.PathLike[str]"], columns: Optional[Sequence[str]] = None,
              time: Optional[str] = None, interpolate: Optional[Mapping[str, float]] = None) -> dict[str, Array]:
-    """Reads numbers of a bag as columns of a table; its rows are the messages of one topic, the time's.
+    """Reads numbers of a bag as columns of a table. Each message of the topic of the time is one row.
 
     columns      names, as above; None: all numbers of all topics whose types are known
-    time         name of the time, as above; None: the time of the topic of the first column, or without `columns` of the
-                 topic with the most messages. It is the first column of the table, in seconds since the first message
-    interpolate  columns of other topics that are interpolated between their messages, such as a reference sensor at its
-                 own rate, each with the full turn of an angle in its unit (2 * pi, 360), or 0
+    time         name of the time, as above; None: the time of the topic of the first column, or, without `columns`, the
+                 time of the topic with the most messages. It becomes the first column, in seconds since the first message
+    interpolate  columns of other topics to be interpolated between their messages, such as a reference sensor at its own
+                 rate, each with the full turn of an angle in its unit (2 * pi, 360), or 0 if it is not an angle
 
-    A column of another topic that is not interpolated has its newest value in the row that follows the message, and NaN
-    in the other rows. An interpolated column is NaN where messages are missing. If the time is a stamp, other topics
-    that have stamps are placed by their stamps, the others by the time at which they were received.
+    If a column of another topic is not interpolated, its newest value stands in the row after the message, and the other
+    rows have NaN. An interpolated column has NaN where messages are missing. If the time is a stamp, topics with stamps
+    are placed by their stamps, the other topics by the time of receipt.
     """
     with contextlib.closing(_Bag(path)) as bag, bag.errors():
         return bag.table(columns, time, dict(interpolate or {}))
@@ -160,7 +160,7 @@ class _Bag:
         return found
 
     def _place_of(self, name: str) -> tuple[_Topic, str]:
-        """The topic that `name` begins with, the longest, and the rest: the path in its messages."""
+        """Returns the longest topic with which `name` begins, and the rest of `name`: the path in its messages."""
         topics = [topic for topic in self._topics if name == topic or name.startswith(topic + "/")]
         if not topics:
             self._fail(f"no topic of \"{name}\" among {', '.join(self._topics)}{nearest(name, self._topics)}")
@@ -175,7 +175,7 @@ class _Bag:
             field.name == "header" and field.type == "std_msgs/Header" for field in self._types.fields(topic.type))
 
     def _messages(self, topic: _Topic) -> Iterator[tuple[int, bytes]]:
-        """(time of receipt [ns], data) in the order of receipt."""
+        """Yields (time of receipt [ns], data) in the order of receipt."""
         for time_ns, data in self._database.execute(
                 "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY timestamp, id", (topic.key,)):
             if not isinstance(time_ns, int) or not isinstance(data, bytes):
@@ -183,7 +183,7 @@ class _Bag:
             yield time_ns, data
 
     def _series(self, topic: _Topic, paths: Mapping[str, str], time_path: str) -> _Series:
-        """The numbers `paths` of all messages; their times are the numbers `time_path`, or when they were received."""
+        """Returns the numbers `paths` of all messages, with their times: the number `time_path`, or the time of receipt."""
         if not self._types.knows(topic.type):
             self._fail(f"{topic.name} has messages of type {topic.type}, whose definition is neither in the bag nor "
                        "known: record with ROS 2 Iron or newer, which stores it, or republish as a type of std_msgs")
@@ -216,7 +216,7 @@ def _sorted(series: _Series, name: str) -> tuple[npt.NDArray[np.int64], Array]:
 
 
 def _newest(rows_ns: npt.NDArray[np.int64], time_ns: npt.NDArray[np.int64], values: Array) -> Array:
-    """The newest value in the first row at or after it; NaN in rows without a new value."""
+    """Puts each newest value into the first row at or after it; rows without a new value get NaN."""
     count = np.maximum.accumulate(np.searchsorted(time_ns, rows_ns, side="right"))
     is_new = np.diff(count, prepend=0) > 0
     result = np.full(len(rows_ns), np.nan)
@@ -225,8 +225,8 @@ def _newest(rows_ns: npt.NDArray[np.int64], time_ns: npt.NDArray[np.int64], valu
 
 
 def _interpolated(rows_ns: npt.NDArray[np.int64], time_ns: npt.NDArray[np.int64], values: Array, turn: float) -> Array:
-    """Linear between messages, the shorter way for an angle with a full `turn`; NaN before the first message, after the
-    last, and where messages are missing."""
+    """Interpolates linearly between messages; an angle with a full `turn` goes the shorter way. NaN before the first
+    message, after the last, and where messages are missing."""
     result = np.full(len(rows_ns), np.nan)
     longest = _LONGEST_STEP * float(np.median(np.diff(time_ns))) if len(time_ns) > 1 else 0.0
     after = np.searchsorted(time_ns, rows_ns)

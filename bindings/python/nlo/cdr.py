@@ -30,14 +30,14 @@ class Field(NamedTuple):
 
 
 class Types:
-    """Types of messages by their names, "sensor_msgs/Imu"; the common ones are known."""
+    """The types of messages by their names, such as "sensor_msgs/Imu". Common types are known from the start."""
 
     def __init__(self) -> None:
         self._fields: dict[str, list[Field]] = {}
         self.define("", _COMMON)
 
     def define(self, name: str, text: str) -> None:
-        """Adds type `name` by the text of its .msg file. Lines "MSG: other/Type" begin the types that it consists of."""
+        """Adds type `name` from the text of its .msg file. A line "MSG: other/Type" begins another type that it uses."""
         name = plain(name)
         if name:
             self._fields[name] = []
@@ -58,12 +58,12 @@ class Types:
 
 
 def plain(name: str) -> str:
-    """"sensor_msgs/msg/Imu" as "sensor_msgs/Imu"."""
+    """Shortens "sensor_msgs/msg/Imu" to "sensor_msgs/Imu"."""
     return name.replace("/msg/", "/")
 
 
 def _fields_of(line: str, name: str) -> Iterator[Field]:
-    """The field of a line of a definition; none if it is empty, a comment or a constant."""
+    """Yields the field of a line of a definition, or nothing if the line is empty, a comment or a constant."""
     words = line.split("#")[0].split()
     if not words or re.match(r"\w+\s+\w+\s*=", line.strip()):
         return
@@ -77,7 +77,7 @@ def _fields_of(line: str, name: str) -> Iterator[Field]:
 
 
 def decode(types: Types, name: str, data: bytes) -> dict[str, Any]:
-    """The fields of a message as a dict: numbers, texts, dicts, and arrays or lists of these."""
+    """Decodes a message into a dict of its fields: numbers, texts, dicts, and arrays or lists of these."""
     return _Decoder(types, data).message(name, 0)
 
 
@@ -136,7 +136,7 @@ class Step(NamedTuple):
 
 
 def steps_of(types: Types, name: str, path: str) -> list[Step]:
-    """The way to the number `path` of a type: "linear_acceleration.x", "position[2]", "position[elbow]"."""
+    """Returns the steps to the number `path` of a type: "linear_acceleration.x", "position[2]", "position[elbow]"."""
     steps: list[Step] = []
     of: Optional[str] = name
     for part in re.findall(r"[^.\[]+(?:\[[^\]]*\])?", path):
@@ -165,7 +165,7 @@ def steps_of(types: Types, name: str, path: str) -> list[Step]:
 
 
 def value(message: Any, steps: list[Step]) -> Any:
-    """The number that the steps lead to, whole nanoseconds for a time; NaN if the message does not have the element."""
+    """Returns the number at the end of the steps: whole nanoseconds for a time, NaN if the element does not exist."""
     for step in steps:
         names, message = message.get("name"), message[step.field]
         if step.element is None:

@@ -3,9 +3,9 @@
 
     python3 -m nlo.convert FILE... -o DIR
 
-writes DIR/NAME.csv for each NAME.mat (MATLAB, -v7 or older) or NAME.db3 (rosbag2 in SQLite; its folder stands for all
-.db3 files in it). Columns keep the names that
-they have there: rig.angle, out.signals(2).values, y(2); /imu/linear_acceleration.x, /joint_states/position[elbow].
+writes DIR/NAME.csv for each NAME.mat (MATLAB, -v7 or older) or NAME.db3 (rosbag2 in SQLite; a folder stands for all .db3
+files in it). Columns keep their names: rig.angle, out.signals(2).values, y(2) in a MAT-file, and
+/imu/linear_acceleration.x, /joint_states/position[elbow] in a bag.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nlo.mat import read_mat
 
 def read(path: Union[str, "os.PathLike[str]"], columns: Optional[Sequence[str]] = None, time: Optional[str] = None,
          interpolate: Optional[Mapping[str, float]] = None) -> dict[str, Array]:
-    """Reads a file by read_mat or read_bag, as its first bytes or its name say."""
+    """Reads a file by read_mat or read_bag, chosen by its first bytes or its name."""
     try:
         with open(path, "rb") as file:
             head = file.read(16)
@@ -40,13 +40,13 @@ def read(path: Union[str, "os.PathLike[str]"], columns: Optional[Sequence[str]] 
 
 
 def _files_of(path: pathlib.Path) -> list[pathlib.Path]:
-    """The file, or the files of a bag's folder."""
+    """Returns the file, or the .db3 files of a bag's folder."""
     found = sorted(path.glob("*.db3")) if path.is_dir() else []
     return found or [path]
 
 
 def _angle(text: str) -> tuple[str, float]:
-    """NAME or NAME=TURN."""
+    """Splits NAME or NAME=TURN into the name and the full turn of the angle."""
     name, _, turn = text.partition("=")
     return name, float(turn or 0)
 

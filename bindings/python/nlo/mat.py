@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Reads MAT-files as tables. scipy reads the file; this module finds the vectors in it.
 
-A column has the name that MATLAB has for it: "angle", "rig.angle", "out.signals(2).values", or "y(2)", the second
-column of a matrix. Elements count from 1, as in MATLAB.
+A column has the name that it has in MATLAB: "angle", "rig.angle", "out.signals(2).values", or "y(2)" for the second column
+of a matrix. Elements count from 1, as in MATLAB.
 """
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class _File:
         self._variables = {name: value for name, value in found.items() if not name.startswith("__")}
 
     def vectors(self) -> list[str]:
-        """The names of all vectors that have the length of most."""
+        """Returns the names of all vectors that have the most frequent length."""
         found = [each for name, value in self._variables.items() for each in _vectors(name, value)]
         if not found:
             self._fail("has no vector of numbers, also not in its structs: expected a log")

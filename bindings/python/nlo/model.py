@@ -19,14 +19,14 @@ from nlo.observer import Observer
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """What an observer answers over N samples."""
+    """The results of an observer over N samples."""
 
     t: Array                    #: N, seconds
     x_hat: Array                #: N x n_x, estimates
-    sigma: Optional[Array]      #: N x n_x, standard deviations of their errors; None: the model knows none
+    sigma: Optional[Array]      #: N x n_x, standard deviations of the errors; None if the model does not have them
     z: Array                    #: N x n_z, latent states
     status: npt.NDArray[np.int32]     #: N, see Status
-    in_domain: npt.NDArray[np.bool_]  #: N, z lies where training has been
+    in_domain: npt.NDArray[np.bool_]  #: N, true if z is where training has been
     states: tuple[Channel, ...]
 
     def __len__(self) -> int:
@@ -50,10 +50,10 @@ class Run:
 
 
 class Model:
-    """A trained observer as a value; it never changes. Models are shared by threads and pickled."""
+    """A trained observer, which never changes. Threads can share a model, and it can be pickled."""
 
     def __init__(self, data: bytes) -> None:
-        """From the bytes of a model file, all of whose fields are checked. Model.load() reads a file."""
+        """Makes a model from the bytes of a model file and checks every field. Model.load() reads a file."""
         if not isinstance(data, (bytes, bytearray)):
             raise TypeError(f"data must be the bytes of a model file; it is {type(data).__name__}: Model.load() takes a path")
         data = bytes(data)
@@ -65,17 +65,17 @@ class Model:
         self.name: str = lib.text(get.nlo_model_name(self._handle))
         self.structure: str = lib.text(get.nlo_model_structure(self._handle))  #: "kkl", "gated", ...
         self.sample_period_s: float = get.nlo_model_sample_period_s(self._handle)
-        self.outputs = self._channels(lib.OUTPUT, get.nlo_model_ny(self._handle))  #: what a step takes
+        self.outputs = self._channels(lib.OUTPUT, get.nlo_model_ny(self._handle))  #: the outputs y that step() takes
         self.inputs = self._channels(lib.INPUT, get.nlo_model_nu(self._handle))
         self.states = self._channels(lib.STATE, get.nlo_model_nx(self._handle))
         self.n_z: int = get.nlo_model_nz(self._handle)  #: latent states
-        #: what T* and F read: outputs, then inputs that are read, then how stale each output is that may fail
+        #: number of readings of T* and F: outputs, then inputs, then the staleness of each output that may fail
         self.n_readings: int = get.nlo_model_nr(self._handle)
         self.has_sigma: bool = bool(get.nlo_model_has_sigma(self._handle))
 
     @classmethod
     def load(cls, path: Union[str, os.PathLike[str]]) -> Model:
-        """Reads a model file. Error: `FILE:LINE: FIELD: what is wrong and what to do`."""
+        """Reads a model file. Raises Error with the text `FILE:LINE: FIELD: what is wrong and what to do`."""
         try:
             data = pathlib.Path(path).read_bytes()
         except OSError as error:
@@ -86,7 +86,7 @@ class Model:
             raise Error(str(error).replace("model", os.fspath(path), 1)) from None
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Writes a model file as this version of nlo does."""
+        """Writes a model file in the format of this version of nlo."""
         pathlib.Path(path).write_text(self.json, encoding="utf-8")
 
     def __del__(self) -> None:
@@ -108,7 +108,7 @@ class Model:
 
     @property
     def json(self) -> str:
-        """The model file."""
+        """The text of the model file."""
         return lib.text(library.nlo_model_json(self._handle))
 
     @property
@@ -119,27 +119,30 @@ class Model:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """Where it comes from: version, seed, experiment, hash of the data, errors."""
+        """Facts about the training: version, seed, experiment, hash of the data, errors."""
         return dict(self.fields["provenance"])
 
     @property
     def D(self) -> Array:
-        """n_z x n_z of dz/dt = D z + F y. Error where z does not run like that."""
+        """D of dz/dt = D z + F y, n_z x n_z. Raises Error if the latent system of the model is not linear."""
         return self._linear_latent()[0]
 
     @property
     def F(self) -> Array:
-        """n_z x n_readings of dz/dt = D z + F y."""
+        """F of dz/dt = D z + F y, n_z x n_readings. Raises Error if the latent system of the model is not linear."""
         return self._linear_latent()[1]
 
     @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
-        """Of D [1/s]."""
+        """The eigenvalues of D [1/s]."""
         return np.linalg.eigvals(self.D).astype(complex)
 
     def inverse_map(self, z: npt.ArrayLike, readings: Optional[npt.ArrayLike] = None,
                     precision: str = "double") -> Array:
-        """T*: estimates (N x n_x) of latent states z (N x n_z); `readings` (N x n_readings) where T* reads them too."""
+        """Returns the estimates T*(z), N x n_x, of latent states z, N x n_z.
+
+        readings  N x n_readings; needed only if T* reads them, too
+        """
         latent = np.ascontiguousarray(np.atleast_2d(numbers(z, "z")))
         if latent.ndim != 2 or latent.shape[1] != self.n_z:
             raise Error(f"z has the shape {latent.shape}: it must be samples x {self.n_z}")
@@ -154,15 +157,15 @@ class Model:
         return x_hat
 
     def observer(self, precision: str = "float") -> Observer:
-        """A new observer before its first sample. "float" is what nlo evaluate measures."""
+        """Returns a new observer before its first sample. "float" gives the estimates that nlo evaluate judges."""
         return Observer(self, precision)
 
     def run(self, y: Columns, u: Optional[Columns] = None, t: Optional[npt.ArrayLike] = None,
             precision: str = "float") -> Run:
-        """A whole run from a reset.
+        """Runs a new observer over N samples and returns its results.
 
-        y  N x n_y outputs, angles as the sensor gives them, NaN where one is missing; or a DataFrame with their names
-        u  N x n_u known inputs, of a model that has some; taken from y where that has names
+        y  N x n_y outputs, or a DataFrame with columns of their names; angles as the sensor gives them, NaN: missing
+        u  N x n_u known inputs, if the model has inputs; None: the columns of y with their names
         t  N time stamps in seconds; None: each step is one sample period
         """
         if self.inputs and u is None and (hasattr(y, "columns") or isinstance(y, Mapping)):
@@ -190,7 +193,7 @@ class Model:
         return Run(times, x_hat, sigma, z, status, in_domain.astype(bool), self.states)
 
     def with_map(self, layers: Any, **how: Any) -> Model:
-        """The same observer with a T* that was trained elsewhere: see nlo.weights.with_map."""
+        """Returns the same observer with a T* that was trained elsewhere: see nlo.weights.with_map."""
         from nlo.weights import with_map
 
         return with_map(self, layers, **how)

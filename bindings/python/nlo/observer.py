@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Observer:
-    """An observer, sample by sample. One thread at a time; copies are independent."""
+    """Runs an observer sample by sample. Only one thread may use it at a time; copies are independent."""
 
     def __init__(self, model: Model, precision: str = "float") -> None:
         self._start(model, precision, library.nlo_observer_create(model._handle, precision_of(precision)))
@@ -35,8 +35,12 @@ class Observer:
             self._free(self._handle)
 
     def step(self, y: npt.ArrayLike, u: Optional[npt.ArrayLike] = None, dt: Optional[float] = None) -> Status:
-        """One sample: outputs y (n_y; NaN: missing) and inputs u (n_u), `dt` seconds after the last one; None: one
-        sample period."""
+        """Steps by one sample and returns its status.
+
+        y   n_y outputs; NaN: missing
+        u   n_u inputs, if the model has inputs
+        dt  time since the last sample [s]; None: one sample period
+        """
         self._take(y, self._y, "y")
         if u is not None or self.model.inputs:
             self._take([] if u is None else u, self._u, "u")
@@ -50,40 +54,40 @@ class Observer:
         return Status(checked(code))
 
     def estimate(self) -> Array:
-        """x_hat, n_x."""
+        """Returns the estimate x_hat, n_x."""
         x_hat = np.empty(len(self.model.states))
         checked(library.nlo_observer_estimate(self._handle, address(x_hat)))
         return x_hat
 
     def estimate_with_error(self) -> tuple[Array, Array]:
-        """x_hat and the standard deviations of its errors, of a model that has_sigma; 2**100 where they are unknown."""
+        """Returns x_hat and the standard deviations of its errors; 2**100: unknown. The model must have has_sigma."""
         x_hat, sigma = np.empty(len(self.model.states)), np.empty(len(self.model.states))
         checked(library.nlo_observer_estimate_with_error(self._handle, address(x_hat), address(sigma)))
         return x_hat, sigma
 
     @property
     def latent(self) -> Array:
-        """z, n_z."""
+        """The latent state z, n_z."""
         z = np.empty(self.model.n_z)
         checked(library.nlo_observer_latent(self._handle, address(z)))
         return z
 
     @property
     def status(self) -> Status:
-        """Of the last step."""
+        """The status of the last step."""
         return Status(checked(library.nlo_observer_status(self._handle)))
 
     @property
     def in_domain(self) -> bool:
-        """z lies where training has been."""
+        """True if z is where training has been."""
         return bool(checked(library.nlo_observer_in_domain(self._handle)))
 
     def reset(self) -> None:
-        """The next sample is the first."""
+        """Forgets everything: the next sample is the first."""
         checked(library.nlo_observer_reset(self._handle))
 
     def copy(self) -> Observer:
-        """Another one that goes on from here."""
+        """Returns an independent observer that continues from the present state."""
         other = Observer.__new__(Observer)
         other._start(self.model, self.precision, library.nlo_observer_copy(self._handle))
         return other
@@ -101,13 +105,13 @@ class Observer:
         return f"<nlo.Observer of {self.model.name}: {self.status.name}, {estimate}>"
 
     def save(self) -> Array:
-        """All that steps change, as numbers to keep."""
+        """Returns the state of the observer as numbers, for restore()."""
         state = np.empty(checked(library.nlo_observer_state_size(self._handle)))
         checked(library.nlo_observer_save(self._handle, address(state)))
         return state
 
     def restore(self, state: npt.ArrayLike) -> None:
-        """Goes on from a saved state of the same model and precision, with the same bits."""
+        """Continues from a saved state of the same model and precision, with the same bits."""
         given = np.ascontiguousarray(numbers(state, "state"))
         checked(library.nlo_observer_restore(self._handle, address(given), given.size))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Training, evaluation and export: by the program `nlo`, with the options of its commands as keywords.
+"""Training, evaluation and export by the program `nlo`, with the options of its commands as keywords.
 
 `seeds=20` is --seeds 20, `box_scale=2` is --box-scale 2, a list repeats its option, True is a flag: see `nlo COMMAND
 --help`. What the command writes to stderr in an error is the text of the nlo.Error that is raised.
@@ -35,15 +35,15 @@ _ERROR = "nlo: error: "
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Evaluation:
-    """Root mean square errors of an observer under one condition, of each state by its name."""
+    """Errors of an observer under one condition. rmse: root mean square error of each state, by its name."""
 
     noise: str
     rmse: dict[str, float]
-    norm: float                           #: root of the mean square of the error's norm
-    settled: Optional[float]              #: the same, when the start is forgotten
-    in_domain: float                      #: share of the samples where z is where training has been
+    norm: float                           #: root mean square of the norm of the error
+    settled: Optional[float]              #: the same after the transient at the start of each run
+    in_domain: float                      #: share of the samples whose z is where training has been
     against: dict[str, dict[str, float]]  #: rmse of the alternatives: "constant", "ridge", "ekf", ...
-    facts: dict[str, Any]                 #: all that `nlo evaluate --json` says
+    facts: dict[str, Any]                 #: everything that `nlo evaluate --json` prints
 
     def __repr__(self) -> str:
         states = ", ".join(f"{name} {error:.3g}" for name, error in self.rmse.items())
@@ -67,14 +67,14 @@ class Training:
 
 @dataclasses.dataclass(frozen=True)
 class Export:
-    """What was written, and what the command says of its arithmetic."""
+    """The written file or folder, and the text that the command prints about its arithmetic."""
 
     path: pathlib.Path
     text: str
 
 
 def program() -> str:
-    """The program `nlo`: as NLO_PROGRAM says, the one of the wheel, of the same prefix, or of PATH."""
+    """Returns the path of the program `nlo`: from NLO_PROGRAM, else in the wheel, in the same prefix, or in PATH."""
     beside = [package / "bin" / "nlo", *(above / "bin" / "nlo" for above in package.parents[3:4])]
     found = os.environ.get("NLO_PROGRAM") or next((str(path) for path in beside if path.exists()), shutil.which("nlo"))
     if not found:
@@ -83,7 +83,7 @@ def program() -> str:
 
 
 def environment() -> dict[str, str]:
-    """That of the program: a wheel has the libraries that it needs."""
+    """Returns the environment for the program, with the libraries of the wheel in LD_LIBRARY_PATH."""
     own = package / "lib"
     if not own.exists():
         return dict(os.environ)
@@ -92,7 +92,7 @@ def environment() -> dict[str, str]:
 
 
 def command_line() -> None:
-    """`nlo` on the command line, of a wheel."""
+    """Runs the wheel's program as the command `nlo`."""
     os.execve(program(), ["nlo", *sys.argv[1:]], environment())
 
 
@@ -101,14 +101,14 @@ def train(experiment: Union[Path, Mapping[str, Any]], data: Any = None, output: 
     """Trains an observer.
 
     experiment  an experiment file, the name of a shipped one, or its keys as a dict
-    data        the folder of the logs that [log] names; or a DataFrame, or several by the names of their files, which
-                are written as CSV into `output`/data. Where [log] does not name files, names that start with "test" are
-                for the test, others for training
+    data        the folder of the logs that [log] names; or a DataFrame, or a dict of DataFrames by file names. Frames
+                are written as CSV into `output`/data. If [log] does not name files, those whose names start with "test"
+                are for the test and the others for training
     output      the folder of the run; None: runs/NAME
-    progress    is called with each new row of metrics.csv: step, loss, train_rmse, validation_rmse, ...
-    options     of `nlo train`: seed, threads, resume, force, auto, minutes, set=["training.steps=500"], ...
+    progress    function, called with each new row of metrics.csv: step, loss, train_rmse, validation_rmse, ...
+    options     those of `nlo train`: seed, threads, resume, force, auto, minutes, set=["training.steps=500"], ...
 
-    Ctrl-C stops the training where it is; the folder has the best model so far, and resume=True goes on.
+    Ctrl-C stops the training; the folder then has the best model so far, and resume=True continues the training.
     """
     tables = None if data is None or isinstance(data, (str, os.PathLike)) else _tables.named(data)
     name = experiment.get("name") if isinstance(experiment, Mapping) else pathlib.Path(experiment).stem
@@ -131,12 +131,12 @@ def train(experiment: Union[Path, Mapping[str, Any]], data: Any = None, output: 
 
 def evaluate(model: Union[ModelOrPath, Sequence[ModelOrPath]], noise: Union[str, Sequence[str]] = (),
              data: Any = None, **options: Any) -> list[Evaluation]:
-    """Errors on new runs of the model's plant, one Evaluation for each noise; or on logs that it was not trained on.
+    """Returns one Evaluation for each noise, on new runs of the model's plant; or on logs that did not train it.
 
-    model    a model or its file; several of one experiment give means over training seeds
+    model    a model or its file; a list of models of one experiment gives means over training seeds
     noise    "none", "gaussian:0.5", "uniform:3", ...
-    data     a log's path, several, or DataFrames
-    options  of `nlo evaluate`: seeds, trajectories, against=["ekf"], box_scale, set=["plant.parameters.mu=1.2"], ...
+    data     the path of a log, a list of paths, or DataFrames
+    options  those of `nlo evaluate`: seeds, trajectories, against=["ekf"], box_scale, set=["plant.parameters.mu=1.2"], ...
     """
     with contextlib.ExitStack() as stack:
         models = [model] if isinstance(model, (Model, str, os.PathLike)) else list(model)
@@ -156,8 +156,11 @@ def evaluate(model: Union[ModelOrPath, Sequence[ModelOrPath]], noise: Union[str,
 
 
 def export(model: ModelOrPath, target: str = "cpp", path: Path = "", **options: Any) -> Export:
-    """Writes the observer as code: target "cpp", "c99", "single", "arduino", "zephyr", ... of `nlo export`, to a file
-    or folder. options: scalar="int16", weights="bf16", max_error="0.01", name="..."."""
+    """Writes the observer as code into the file or folder `path`.
+
+    target   a target of `nlo export`: "cpp", "c99", "single", "arduino", "zephyr", ...
+    options  those of `nlo export`: scalar="int16", weights="bf16", max_error="0.01", name="..."
+    """
     if not os.fspath(path):
         raise Error("path is missing: the file or folder to write")
     with _file_of(model) as file:
@@ -180,14 +183,14 @@ def _words(options: Mapping[str, Any]) -> list[str]:
 
 
 class _Rows:
-    """Calls `progress` with the rows of a metrics.csv that were not there before; the file is replaced as it grows."""
+    """Calls `progress` with each new row of a metrics.csv. The trainer replaces the file when it adds a row."""
 
     def __init__(self, path: pathlib.Path, progress: Callable[[dict[str, float]], None]) -> None:
         self._path, self._progress, self._step = path, progress, -1.0
         self._old = self._now()
 
     def _now(self) -> Optional[tuple[int, int]]:
-        """Which file it is, and of when."""
+        """Returns the inode and the time of the file, or None if there is no file."""
         with contextlib.suppress(OSError):
             status = self._path.stat()
             return status.st_ino, status.st_mtime_ns
@@ -195,7 +198,7 @@ class _Rows:
 
     def __call__(self) -> None:
         if self._now() == self._old:
-            return  # none, or that of an earlier run
+            return  # there is no file yet, or only that of an earlier run
         with open(self._path, newline="", encoding="utf-8") as file:
             for row in csv.DictReader(file):
                 numbers = {key: float(value) for key, value in row.items()}
@@ -211,9 +214,9 @@ def _columns(path: pathlib.Path) -> dict[str, Array]:
 
 
 def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]] = None) -> str:
-    """stdout of the command. The first KeyboardInterrupt goes on to the command, which ends in good order."""
+    """Runs the command and returns its stdout. Passes the first KeyboardInterrupt on, so the command ends in order."""
     with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
-        # In a session of its own: Ctrl-C of a terminal reaches it once, from here.
+        # The command has a session of its own, so that it gets Ctrl-C of a terminal once, from here.
         child = subprocess.Popen([program(), command, *words], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                  start_new_session=True, env=environment())
         try:
@@ -237,7 +240,7 @@ def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]]
 
 
 def _said(stream: IO[str], kind: str) -> list[str]:
-    """Lines of stderr that begin with this, less that."""
+    """Returns the lines of stderr that begin with `kind`, without this beginning."""
     stream.seek(0)
     return [line[len(kind):].rstrip("\n") for line in stream if line.startswith(kind)]
 

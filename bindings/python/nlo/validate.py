@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Exported C99 against its model: compiled here, fed with replay inputs."""
+"""Compares exported C99 with its model: compiles it and gives it replay inputs."""
 from __future__ import annotations
 
 import dataclasses
@@ -44,16 +44,16 @@ int main(void) {
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Validation:
-    """Exported estimates beside those of the model, over N replay samples."""
+    """The estimates of an export and of its model over N replay samples."""
 
-    exported: Array                         #: N x n_x, of the compiled code
-    model: Array                            #: N x n_x, the model's equations in double
-    tolerance: Array                        #: n_x, what the arithmetic of the export explains
-    status_agrees: npt.NDArray[np.bool_]    #: N
+    exported: Array                         #: N x n_x, estimates of the compiled code
+    model: Array                            #: N x n_x, estimates of the model's equations in double
+    tolerance: Array                        #: n_x, largest difference that the arithmetic of the export explains
+    status_agrees: npt.NDArray[np.bool_]    #: N, true if both have the same status
 
     @property
     def max_error(self) -> Array:
-        """Largest difference of each state."""
+        """The largest difference of each state, n_x."""
         largest: Array = np.abs(self.exported - self.model).max(axis=0)
         return largest
 
@@ -67,8 +67,11 @@ class Validation:
 
 
 def validate(model: ModelOrPath, header: Path, scalar: str = "float") -> Validation:
-    """Compiles the C99 pair `header` (NAME.h, with NAME.c beside it, of nlo.export(model, "c99", "NAME.h")) with cc, or
-    the compiler that CC names, and gives it the model's replay inputs. `scalar`: of the export."""
+    """Compiles an exported C99 pair, gives it the model's replay inputs, and compares its estimates with the model's.
+
+    header  NAME.h of nlo.export(model, "c99", "NAME.h"), with NAME.c beside it; compiled by cc, or by $CC
+    scalar  the number format of the export
+    """
     path = pathlib.Path(header)
     name, source = path.stem, path.with_suffix(".c")
     for file in (path, source):

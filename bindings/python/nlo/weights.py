@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A T* that was trained elsewhere, in a model."""
+"""Puts a T* that was trained elsewhere into a model."""
 from __future__ import annotations
 
 import json
@@ -16,17 +16,17 @@ from nlo.model import Model
 def with_map(model: Model, layers: Any, activation: str = "tanh", normalised: bool = False,
              input_mean: Optional[npt.ArrayLike] = None, input_scale: Optional[npt.ArrayLike] = None,
              output_mean: Optional[npt.ArrayLike] = None, output_scale: Optional[npt.ArrayLike] = None) -> Model:
-    """The same observer with another T*, which is a network of layers W u + b.
+    """Returns the same observer with another T*: a network of layers W u + b.
 
     layers      pairs (W n_out x n_in, b n_out), first layer first; or the state_dict of a PyTorch MLP: names that end
                 in "weight" and "bias", in order
-    activation  after each layer but the last: "tanh", "relu" or "silu"
-    normalised  the network reads the normalised features of the model's own T* and gives normalised states. Else it
-                reads z (n_z), or z and the readings (n_z + n_readings), less input_mean over input_scale, and its result
-                times output_scale plus output_mean is the estimate
+    activation  after each layer except the last: "tanh", "relu" or "silu"
+    normalised  true: the network reads the normalised features of the model's own T* and returns normalised states.
+                false: it reads (v - input_mean) / input_scale, where v is z (n_z) or z and the readings
+                (n_z + n_readings), and the estimate is its result times output_scale plus output_mean
 
-    Layers that do not fit raise Error, as does whatever else the reader of model files refuses. What was fitted to the
-    old T* is left out: its monitor and its error head.
+    Raises Error if the layers do not fit, or if the reader of model files refuses the new model. The monitor and the
+    error head are left out, because they were fitted to the old T*.
     """
     fields = model.fields
     if "inverse_map" not in fields:
@@ -66,7 +66,7 @@ def _inputs(network: Mapping[str, Any]) -> int:
 
 
 def _array(value: Any) -> Array:
-    """Of numbers, or a tensor."""
+    """Returns an array of a list of numbers or of a tensor."""
     for method in ("detach", "cpu"):
         if hasattr(value, method):
             value = getattr(value, method)()
@@ -107,7 +107,7 @@ def _check_chain(weights: Sequence[tuple[Array, Array]], reads: int, nx: int) ->
 
 
 def _identity(reads: int, n_z: int, n_in: int) -> Array:
-    """Features that are the first `reads` of [z; readings]."""
+    """Returns the matrix whose features are the first `reads` entries of [z; readings]."""
     if reads not in (n_z, n_in):
         both = f"{n_z} (z)" if n_in == n_z else f"{n_z} (z) or {n_in} (z and the readings)"
         raise Error(f"layers[0] reads {reads} numbers: T* of this model may read {both}")
