@@ -33,8 +33,10 @@ std::vector<NamedText> around_c99(const PreparedExport& given, const std::string
   const auto monitored = [&](const std::string& text) { return m.monitor ? text : ""; };
   values.merge(std::map<std::string, std::string>{
       {"ALARM_PORT", monitored("; 4. the monitor's alarm, " + name + "_NO_ALARM is 0")},
-      {"ALARM_ROW", monitored("| output 4 | the monitor's alarm, int32, 0: none; its gate is before each step |\n")},
-      {"ALARM_VALUE", monitored(", then the monitor's alarm (0 none), whose gate is before each step")}});
+      {"ALARM_ROW", monitored("| output 4 | int32: the alarm of the monitor, 0: none; its gate filters the readings "
+                              "before each step |\n")},
+      {"ALARM_VALUE",
+       monitored(", then the alarm of the monitor (0 none), whose gate filters the readings before each step")}});
   values["UPPER"] = upper;
   values["READINGS"] = readings;
   values["KNOWN"] = known;

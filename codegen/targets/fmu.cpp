@@ -36,18 +36,18 @@ struct EnumerationItem {
   const char* description;
 };
 constexpr auto kStatusItems = std::to_array<EnumerationItem>(
-    {{"ok", 0, "used unchanged"},
-     {"clamped", 1, "one outside its range was clamped to it"},
-     {"held", 2, "one was missing, or an angle out of range: its last good value was used"},
-     {"stale", 3, "one was held for about a time constant: do not trust the estimates"},
-     {"out_of_range", 4, "one was out of range for about a time constant: do not trust the estimates"},
-     {"rejected", 5, "the step was too long: nothing was done"},
-     {"reset", 7, "a bit flip corrupted the state: the next readings are the first"}});
+    {{"ok", 0, "all readings were used unchanged"},
+     {"clamped", 1, "a reading outside of its range was clamped to it"},
+     {"held", 2, "a reading was missing, or an angle out of range: its last good value was used"},
+     {"stale", 3, "a reading was held for about a time constant: do not trust the estimates"},
+     {"out_of_range", 4, "a reading was out of range for about a time constant: do not trust the estimates"},
+     {"rejected", 5, "the step was too long: it changed nothing"},
+     {"reset", 7, "a bit flip corrupted the state: the observer starts with the next readings"}});
 constexpr auto kAlarmItems = std::to_array<EnumerationItem>(
     {{"none", 0, ""},
-     {"innovation_mean", 1, "predictions are wrong, for longer than noise is"},
-     {"innovation_variance", 2, "more noise than in training"},
-     {"innovation_correlation", 3, "errors of predictions follow one another"},
+     {"innovation_mean", 1, "the errors of the predictions have a mean that noise does not explain"},
+     {"innovation_variance", 2, "the errors of the predictions are larger than in training"},
+     {"innovation_correlation", 3, "neighbouring errors of the predictions are correlated"},
      {"latent_distance", 4, "the latent state is where training seldom was"},
      {"missing", 5, "too many readings are missing, frozen or rejected by the gate"},
      {"disagreement", 6, "the map and its linear fit disagree: the estimate extrapolates"},
@@ -96,7 +96,7 @@ std::vector<Variable> variables(const Model& m) {
                   .type = "Enumeration",
                   .causality = "output",
                   .declared_type = "StepStatus",
-                  .description = "what became of the readings"});
+                  .description = "what the step did with the readings"});
   list.push_back({.name = "in_domain",
                   .type = "Boolean",
                   .causality = "output",
@@ -106,7 +106,7 @@ std::vector<Variable> variables(const Model& m) {
                     .type = "Enumeration",
                     .causality = "output",
                     .declared_type = "Alarm",
-                    .description = "what the monitor sees"});
+                    .description = "alarm of the monitor"});
   list.push_back({.name = "z",
                   .type = real,
                   .causality = "local",

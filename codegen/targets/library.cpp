@@ -153,7 +153,7 @@ Values ros2_values_of(const PreparedExport& prepared) {
           {"INPUTS", known},
           {"INPUT_ROW", known.empty() ? "" : fmt::format("| `inputs` | the state interfaces of {} |\n", known)},
           {"STATE_ROWS", rows},
-          {"ALARM_ROW", monitor ? fmt::format("| `{}/alarm` | the monitor's, 0: none |\n", name) : ""},
+          {"ALARM_ROW", monitor ? fmt::format("| `{}/alarm` | the alarm of the monitor, 0: none |\n", name) : ""},
           {"EXPORTED", exported},
           {"SIGMA", sigma ? "true" : ""},
           {"MONITOR", monitor ? "true" : ""}};

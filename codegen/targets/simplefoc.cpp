@@ -122,19 +122,22 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
        {"STEPS_PER_S", fmt::format("{:.0f}U", std::clamp(std::round(1.0 / m.sample_period_s), 1.0, 1e9))},
        {"U_TYPE", u_type},
        {"ANGLE_ROW", angle == nullptr
-                         ? "| the encoder | for the angles of SimpleFOC alone: no output of the model is one |\n"
+                         ? "| the encoder | only gives the angles of SimpleFOC: it is not an output of the model |\n"
                          : fmt::format("| the encoder | is the output {}, {} |\n", channel_text(*angle),
-                                       turns ? "within its turn: the observer counts turns"
-                                             : "with all its turns: beyond the range of training it is clamped")},
-       {"READINGS_ROW", fmt::format("| `void readings({}* y{})` | a function of yours that sets {}{} at each step |\n",
+                                       turns ? "within one turn: the observer counts the turns"
+                                             : "with all turns: beyond the range of training it is clamped")},
+       {"READINGS_ROW", fmt::format("| `void readings({}* y{})` | your function, which sets {}{} at each step |\n",
                                     scalar, u_type, others.empty() ? "" : channel_list(others, true),
                                     angle == nullptr ? ""
                                     : others.empty() ? "another zero or sign of the angle; may be left out"
                                                      : ", and may change the angle: its zero, its sign")},
-       {"ALARM_ROW", m.monitor ? "| `alarm()` | the monitor's, 0: none; its gate is before each step |\n" : ""},
+       {"ALARM_ROW",
+        m.monitor
+            ? "| `alarm()` | the alarm of the monitor, 0: none; its gate filters the readings before each step |\n"
+            : ""},
        {"TIME_NOTE",
-        "A step is of the time that has really passed, and a late one adds no error of its own, but "
-        "what happened meanwhile is unseen."}},
+        "A step is computed with the time that has really passed, so a late step adds no error of its own, but "
+        "the observer does not see the readings in between."}},
       "src/");
 }
 
