@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Everything a change has to pass, on a machine that may have nothing but git. Quick the second time.
+# Runs all tests that a change must pass, on a machine that may have only git. The second run is quick.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -8,18 +8,19 @@ usage() {
   cat <<'USAGE'
 usage: ./test.sh [--quick | --full | --claims | --places | --fuzz MINUTES]
 
-  (none)    release build and all tests; the quick part of the ledger of results (shipped observers trained, exported,
-            compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
+  (none)    release build and all tests; the quick part of the ledger of results (trains, exports, compiles and runs the
+            shipped observers, and compares their figures with the published ones); formatting; clang++ build with
+            sanitizers
   --quick   release build and all tests only
   --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets,
-            all of the program under sanitizers, coverage of what flies, and clang-tidy
-  --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
+            all of the program under sanitizers, coverage of the runtime and of C99, and clang-tidy
+  --claims  release build, then measures every figure of README and docs again (some 40 minutes on 2 cores)
   --places  release build, then the script tests in a folder called nlo, in one with a space and an umlaut in its name, as
             a user without privileges or HOME, under a German locale and in another time zone
   --fuzz    clang++ build with sanitizers, then libFuzzer on each target of tests/fuzz for its share of MINUTES
 
-What is as when it passed, program and files, is not run again (tests/unchanged.py); rm -r build forgets that.
-Installs missing Debian packages as root or through sudo; elsewhere names them and stops with exit 2.
+A test whose program and files have not changed since it passed is not run again (tests/unchanged.py). After rm -r build
+every test runs again. Installs missing Debian packages as root or by sudo; elsewhere names them and stops with exit 2.
 USAGE
 }
 

@@ -9,7 +9,7 @@ include(codegen/cmake/NloAddModel.cmake)
 
 if(NLO_BOARD)
   include(toolchains/NloFirmware.cmake)
-  if(CMAKE_SYSTEM_PROCESSOR STREQUAL arm) # it is paced by the timer of a Cortex-M
+  if(CMAKE_SYSTEM_PROCESSOR STREQUAL arm) # the firmware uses the timer of a Cortex-M
     add_subdirectory(examples/firmware)
     target_link_libraries(firmware PRIVATE nlo_warnings)
   endif()

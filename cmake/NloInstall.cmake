@@ -1,11 +1,11 @@
 # Installs the runtime's headers, the program, experiments to start from, and files for find_package(nlo) and pkg-config.
-# The trainer's libraries are not installed: their interface is the program. Components: runtime, program, and those of bindings, model and
-# python. NloPackage.cmake makes a package of each.
+# The trainer's libraries are not installed: their interface is the program. The components are runtime, program, and model and
+# python of the bindings. NloPackage.cmake makes a package of each.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
-set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/nlo) # not lib: headers and a program of the host are for every processor
+set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/nlo) # not lib, because headers and a program of the host do not depend on the target's processor
 
-# nlo_install_component(NAME TARGET): a component of find_package(nlo), in a file that the package reads.
+# nlo_install_component(NAME TARGET): installs TARGET as a component of find_package(nlo), in a file that the package reads.
 function(nlo_install_component name target)
   install(TARGETS ${target} EXPORT nlo_${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${name})
   install(EXPORT nlo_${name} NAMESPACE nlo:: DESTINATION ${package_dir} COMPONENT ${name})
@@ -16,7 +16,7 @@ install(DIRECTORY runtime/include/nlo DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} CO
   FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 if(NOT NLO_RUNTIME_ONLY)
   nlo_install_component(program nlo)
-  install(TARGETS nlo-prove nlo-reproduce DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL) # built when it is wanted
+  install(TARGETS nlo-prove nlo-reproduce DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL) # installed only if they were built
   install(DIRECTORY trainer/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/nlo COMPONENT program
     FILES_MATCHING PATTERN "*.toml")
   install(FILES codegen/cmake/NloAddModel.cmake DESTINATION ${package_dir} COMPONENT program)

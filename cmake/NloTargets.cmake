@@ -6,7 +6,7 @@ target_compile_options(nlo_warnings INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 misreads "literal" + std::string (its bug 105651)
   $<$<BOOL:${NLO_WARNINGS_AS_ERRORS}>:-Werror>)
 
-# GCC collects its garbage less often: that was 1 s of the 14 that trainer/prove/forward_map.cpp took.
+# Let GCC collect its garbage less often: this took 1 s of the 14 s for trainer/prove/forward_map.cpp.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND PROJECT_IS_TOP_LEVEL)
   add_compile_options(--param=ggc-min-expand=300 --param=ggc-min-heapsize=524288)
 endif()
@@ -21,24 +21,25 @@ if(NLO_NATIVE)
   target_compile_options(nlo_native INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-maybe-uninitialized;-Wno-uninitialized;-Wno-stringop-overflow;-Wno-stringop-overread>)
 else()
-  target_compile_options(nlo_native INTERFACE -Wno-psabi) # tests, too, pass vectors only to what is compiled like them
+  target_compile_options(nlo_native INTERFACE -Wno-psabi) # vectors are only passed between sources with the same flags
 endif()
 
 # Most of the time of a compilation goes into reading Eigen and the standard library: a precompiled header halves it.
-# Sources include what they use all the same; CMAKE_DISABLE_PRECOMPILE_HEADERS (./test.sh --full) holds them to it.
+# Sources must still include what they use; ./test.sh --full checks this with CMAKE_DISABLE_PRECOMPILE_HEADERS.
 function(nlo_precompile_common_headers target)
   target_precompile_headers(${target} PRIVATE
     <Eigen/Core> <algorithm> <cmath> <cstdint> <filesystem> <functional> <map> <optional> <string> <string_view> <vector>)
 endfunction()
 
-# -O1 for all that reads, checks and prints: that is most of the code, and takes 40 % less time to compile than -O3.
+# Code that reads, checks and prints is compiled with -O1: this is most of the code, and -O1 takes 40 % less time than -O3.
 function(nlo_optimise target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# nlo_add_library(NAME [HEADERS_OF LIBRARY] USES target...): a static library and beside it the object library NAME_hot
-# of the sources where a run spends its time: -O3 where the others have -O1, and -O1 in Debug builds (sanitizers), where
-# the others have none. HEADERS_OF: with the precompiled headers of a library of the same settings.
+# nlo_add_library(NAME [HEADERS_OF LIBRARY] USES target...): adds a static library, and the object library NAME_hot for the
+# sources in which a run spends its time. NAME_hot is compiled with -O3 (the others with -O1), and in Debug builds
+# (sanitizers) with -O1 (the others without optimisation). HEADERS_OF: uses the precompiled headers of a library with the
+# same settings.
 function(nlo_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "HEADERS_OF" "USES")
   add_library(${name}_hot OBJECT)
@@ -55,23 +56,23 @@ function(nlo_add_library name)
   endforeach()
   nlo_optimise(${name})
   target_compile_options(${name}_hot PRIVATE "$<$<CONFIG:Release>:-O3>" "$<$<CONFIG:Debug>:-O1>")
-  if(NLO_FUZZ) # edges are counted: what libFuzzer steers by. Comparisons are not: that would slow all tests
+  if(NLO_FUZZ) # libFuzzer needs counted edges. Comparisons are not traced, because this would slow all tests
     foreach(part IN ITEMS ${name} ${name}_hot)
       target_compile_options(${part} PRIVATE -fsanitize-coverage=inline-8bit-counters,pc-table)
     endforeach()
   endif()
 endfunction()
 
-# nlo_hot_sources(TARGET SOURCES...): sources of this folder that belong to TARGET_hot.
+# nlo_hot_sources(TARGET SOURCES...): adds sources of this folder to TARGET_hot.
 function(nlo_hot_sources target)
   list(TRANSFORM ARGN PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ OUTPUT_VARIABLE sources)
   target_sources(${target}_hot PRIVATE ${sources})
 endfunction()
 
-# nlo_join_sources(TARGET FOLDERS folder... [EXCEPT folder/source.cpp...]): the sources of a folder are one compilation,
-# as are those of folder+folder, because most of the time of a short source goes into templates that its neighbours
-# instantiate too. Alone stay those in EXCEPT: loops of training, which GCC inlines less into in a long compilation, and
-# sources that use a name of a neighbour in their unnamed namespace.
+# nlo_join_sources(TARGET FOLDERS folder... [EXCEPT folder/source.cpp...]): compiles the sources of a folder, or of
+# folder+folder, as one source, because a short source spends most of its time in templates that its neighbours instantiate,
+# too. EXCEPT lists sources that are compiled alone: loops of training, because GCC inlines less in a long compilation, and
+# sources whose unnamed namespace has a name of a neighbour.
 option(NLO_JOIN_SOURCES "Compile short sources of a folder together (./test.sh --full: each by itself)" ON)
 function(nlo_join_sources target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FOLDERS;EXCEPT")

@@ -1,4 +1,4 @@
-# Run by CPack before it installs: builds what the packages hold, portable.
+# CPack runs this file before it installs: it builds the contents of the packages for any processor of the architecture.
 find_program(shlibdeps dpkg-shlibdeps)
 find_program(file file)
 if(NOT shlibdeps OR NOT file)

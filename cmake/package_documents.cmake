@@ -1,4 +1,4 @@
-# Run by CPack before it packs what is installed in a folder for each component: the documents that Debian asks for.
+# CPack runs this file before it packs the installed folder of each component: it adds the documents that Debian requires.
 # help2man makes the manual pages from --help and --version of the programs.
 find_program(help2man help2man)
 if(NOT help2man)

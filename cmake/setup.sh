@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-# Sourced by demo.sh and test.sh: readable steps, and the Debian packages that a step needs.
-# Nothing is installed that is there already; what a step prints goes to build/logs and is shown only when it fails.
+# Sourced by demo.sh and test.sh: prints readable steps and installs the Debian packages that a step needs.
+# Packages that are already there are not installed again. The output of a step goes to build/logs and is shown only if the
+# step fails.
 
 logs=build/logs
 mkdir -p "$logs"
@@ -9,7 +10,7 @@ if [[ -t 1 ]]; then bold=$'\e[1m' red=$'\e[31m' green=$'\e[32m' plain=$'\e[0m'; 
 step() { printf '\n%s== %s%s\n' "$bold" "$*" "$plain"; }
 note() { printf '   %s\n' "$*"; }
 
-# quietly LOG COMMAND...: run it; on failure show the end of what it said.
+# quietly LOG COMMAND...: runs the command; if it fails, shows the end of its output.
 quietly() {
   local log=$logs/$1.log
   shift
@@ -40,11 +41,11 @@ build() {
   return "${PIPESTATUS[0]}"
 }
 
-# Programs are looked for by name, so that another source of them (a newer compiler, a gnuplot with windows) is welcome.
+# Programs are searched by name, so they may come from elsewhere (a newer compiler, a gnuplot with windows).
 declare -A package_of=([g++]=g++ [cmake]=cmake [ninja]=ninja-build [gnuplot]=gnuplot-nox [python3]=python3
   [clang++]=clang [pkg-config]=pkgconf [clang-format]=clang-format [clang-tidy]=clang-tidy [llvm-cov]=llvm)
 
-# need PROGRAM|PACKAGE...: install what is missing, as root or through sudo; otherwise name it and stop with exit 2.
+# need PROGRAM|PACKAGE...: installs missing packages as root or by sudo; otherwise names them and stops with exit 2.
 need() {
   [[ -n ${NLO_SKIP_SETUP:-} ]] && return
   local missing=() name
@@ -76,7 +77,7 @@ need() {
   quietly apt-install "${apt[@]}" install --no-install-recommends "${missing[@]}"
 }
 
-# sudo counts when it needs no password, or when there is someone to ask.
+# sudo is used if it needs no password, or if there is a terminal to ask for it.
 can_sudo() { command -v sudo >/dev/null && { sudo -n true 2>/dev/null || { [[ -t 0 ]] && sudo -v; }; }; }
 
 build_packages=(g++ cmake ninja libeigen3-dev libtoml11-dev libcli11-dev libfmt-dev nlohmann-json3-dev libmuparser-dev

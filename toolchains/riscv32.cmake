@@ -1,5 +1,5 @@
-# 32-bit RISC-V without an operating system, rv32imac, C only. Serves what `nlo export --target c99` writes, which needs no
-# library: Debian's gcc-riscv64-unknown-elf is enough. With picolibc, add --specs=picolibc.specs.
+# 32-bit RISC-V without an operating system, rv32imac, C only: for the code of `nlo export --target c99`. It needs no library,
+# so Debian's gcc-riscv64-unknown-elf is enough. With picolibc, add --specs=picolibc.specs.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR riscv32)
 set(CMAKE_C_COMPILER riscv64-unknown-elf-gcc)

@@ -1,5 +1,5 @@
-# 64-bit RISC-V without an operating system, rv64gc, on the emulated board `virt`. Debian: g++-riscv64-linux-gnu, of which
-# headers and libgcc are used; qemu-system-misc runs the result.
+# 64-bit RISC-V without an operating system, rv64gc, on the emulated board `virt`. Debian: g++-riscv64-linux-gnu (only its
+# headers and libgcc are used); qemu-system-misc runs the result.
 if(NOT nlo_core_flags)
   set(nlo_core_flags "-march=rv64gc -mabi=lp64d")
 endif()
@@ -10,7 +10,7 @@ set(CMAKE_CXX_COMPILER riscv64-linux-gnu-g++)
 set(CMAKE_ASM_COMPILER riscv64-linux-gnu-gcc)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY) # a program would need start-up code and a linker script
 
-# As arm-none-eabi.cmake; the board's memory begins at 2^31, which is medany's.
+# The flags are those of arm-none-eabi.cmake. The memory of the board begins at 2^31, which needs the code model medany.
 foreach(language IN ITEMS C CXX)
   set(CMAKE_${language}_FLAGS_INIT "${nlo_core_flags} -mcmodel=medany -fno-pie -ffunction-sections -fdata-sections")
   string(APPEND CMAKE_${language}_FLAGS_INIT " -fno-unwind-tables -fno-asynchronous-unwind-tables -fno-stack-protector")
