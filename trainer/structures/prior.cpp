@@ -41,6 +41,10 @@ KnownEquations equations_of_plant(const Experiment& experiment, bool reads_input
   return known_equations(plant, reads_inputs, experiment.known ? inputs : plant.inputs);
 }
 
+Eigen::VectorXd as_vector(const std::vector<double>& values) {
+  return Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
 void refuse(const char* key, const std::string& why) {
   throw KeyError(key, why);
 }
@@ -126,6 +130,7 @@ class PriorStructure final : public TrainableStructure {
     own.readings = structure.readings;
     own.inputs = structure.inputs;
     own.commands = experiment.observer.input_hold == Hold::kZeroOrder;
+    own.whole_runs = experiment.training.mode == TrainingMode::kFullBatch || experiment.training.segment_s == 0.0;
     own.noisy = !std::ranges::all_of(experiment.training.all_noise().parts, &NoiseConfig::none);
     structure.latent.rows = own.units + own.carried();
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
@@ -145,10 +150,31 @@ class PriorStructure final : public TrainableStructure {
     std::copy(own.read.scale.begin(), own.read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
   }
 
-  /// The units as those of a gated observer; of an innovation a little is believed in the states that it is made of, on
-  /// top of a slow filter.
+  /// A factor on the noise of all states, then the noise variances of the states and of the outputs, and the scale of
+  /// the first covariance.
+  int tuned_constants(const ObserverStructure& structure) const override {
+    const PriorSetting& own = structure.own.get<PriorSetting>();
+    return 1 + own.nx() + own.ny() + 1;
+  }
+
+  void multiply_constants(ObserverStructure& structure, const Eigen::VectorXd& factors) const override {
+    PriorSetting& own = structure.own.set<PriorSetting>();
+    const int outputs = 1 + own.nx(), start = outputs + own.ny();
+    for (int i = 0; i < own.nx(); ++i) own.state_noise[static_cast<std::size_t>(i)] *= factors(0) * factors(1 + i);
+    for (int j = 0; j < own.ny(); ++j) own.output_noise[static_cast<std::size_t>(j)] *= factors(outputs + j);
+    for (int i = own.nx(); i < own.carried(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      own.start[row] = std::clamp(own.start[row] * factors(start), own.low[row], own.high[row]);
+    }
+  }
+
+  int estimate_row(const ObserverStructure& structure, int state) const override {
+    return structure.own.get<PriorSetting>().units + state;
+  }
+
+  /// The units start as those of a gated observer. All corrections start at zero, so that [x; p] are the estimate and
+  /// the covariance of an extended Kalman filter.
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override {
-    constexpr double kBelieved = 0.03;
     const PriorSetting& own = structure.own.get<PriorSetting>();
     const LayerView& layer = structure.dynamics.shape.layers[0];
     std::vector<float> parameters =
@@ -159,18 +185,6 @@ class PriorStructure final : public TrainableStructure {
     std::fill_n(parameters.begin() + layer.weights + static_cast<std::ptrdiff_t>(first) * layer.in,
                 own.corrections() * layer.in, 0.0F);
     std::fill_n(parameters.begin() + layer.bias + first, own.corrections(), 0.0F);
-    for (int j = 0; j < own.ny(); ++j) {
-      const std::vector<double> slopes = output_slopes(own, j);
-      double squares = 0.0;
-      for (const double slope : slopes) squares += slope * slope;
-      for (int i = 0; i < own.nx() && squares > 0.0; ++i) {
-        const int row = i * own.ny() + j;
-        // For a small innovation, s(nu) is nu / coarse.
-        const double gain = kBelieved * slopes[static_cast<std::size_t>(i)] / squares;
-        parameters[static_cast<std::size_t>(layer.bias + first + row)] = static_cast<float>(
-            gain * own.coarse[static_cast<std::size_t>(j)] / own.scale[static_cast<std::size_t>(row)]);
-      }
-    }
     return parameters;
   }
 
@@ -185,33 +199,20 @@ class PriorStructure final : public TrainableStructure {
   void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                 const Dataset&, codegen::Model& model) const override {
     const PriorSetting& own = structure.own.get<PriorSetting>();
-    const auto vector = [](const std::vector<double>& values) {
-      return Eigen::VectorXd(
-          Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
-    };
     codegen::Network all = dynamics_of(structure.dynamics, parameters);
-    all.output_scale.tail(own.corrections()) = vector(own.scale);
-    model.initial_latent.tail(own.carried()) = vector(own.start);
+    all.output_scale.tail(own.corrections()) = as_vector(own.scale);
+    model.initial_latent.tail(own.carried()) = as_vector(own.start);
     model.structure = codegen::Prior{.equations = equations_of_plant(experiment, own.inputs > 0).texts,
-                                     .state_min = vector(own.low),
-                                     .state_max = vector(own.high),
-                                     .fine = vector(own.fine),
-                                     .coarse = vector(own.coarse),
-                                     .state_noise = vector(own.state_noise),
-                                     .output_noise = vector(own.output_noise),
+                                     .state_min = as_vector(own.low),
+                                     .state_max = as_vector(own.high),
+                                     .fine = as_vector(own.fine),
+                                     .coarse = as_vector(own.coarse),
+                                     .state_noise = as_vector(own.state_noise),
+                                     .output_noise = as_vector(own.output_noise),
                                      .gates = rows_of(all, 0, 2 * own.units),
                                      .candidate = rows_of(all, 2 * own.units, own.units),
                                      .correction = rows_of(all, 3 * own.units, own.corrections()),
                                      .inverse_map = inverse_map_of(structure, parameters, model.nr())};
-  }
-
- private:
-  /// dh_j/dx where the states are on average.
-  static std::vector<double> output_slopes(const PriorSetting& own, int j) {
-    std::vector<double> y(static_cast<std::size_t>(own.ny() * (1 + own.nx())));
-    own.equations.output(own.start.data(), y.data());
-    const auto first = y.begin() + own.ny() + static_cast<std::ptrdiff_t>(j) * own.nx();
-    return {first, first + own.nx()};
   }
 };
 

@@ -22,6 +22,7 @@ struct PriorSetting {
   int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
   bool commands = false;                          ///< the input of a sample has acted since the one before
   bool noisy = false;                             ///< training adds noise to the sensors
+  bool whole_runs = false;                        ///< every segment of the training begins where its run does
   double period_s = 0.0;                          ///< unit of rates
   std::vector<bool> on_circle;                    ///< n_x: the sine or cosine of an angle
   std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept

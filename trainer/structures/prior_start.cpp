@@ -30,6 +30,20 @@ std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> Traini
   return ranges;
 }
 
+/// Mean and variance of each state where segments begin (prior_start.h).
+std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data, const std::vector<Range>& states) {
+  constexpr std::size_t kEnough = 16;  // runs
+  std::vector<Moments> starts;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    starts.push_back(states[i].moments);
+    if (!own.whole_runs || data.runs.size() < kEnough) continue;
+    starts[i] = {};
+    for (const TrainingData::Run& run : data.runs)
+      starts[i].add(static_cast<double>(run.states[i * static_cast<std::size_t>(run.samples)]), 1.0);
+  }
+  return starts;
+}
+
 /// Mean squares of the residuals of the equations.
 struct LeftOver {
   std::vector<double> states, outputs;
@@ -85,11 +99,12 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   // Least variances of the noises and the limits of the covariance, relative to a variance of the state or output;
   // last, the scale of a noise's logarithm.
   constexpr double kStateOfNoisy = 1e-4, kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0,
-                   kLogarithm = 2.0;
+                   kLogarithm = 2.0, kLeastOfStart = 0.01;
   own.period_s = data.sample_period_s;
   const int nx = own.nx(), ny = own.ny();
   const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
   const std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, nx);
+  const std::vector<Moments> starts = starts_of(own, data, states);
   const auto scale_of = [](const Range& range) { return static_cast<double>(safe_scale(range.moments.deviation())); };
   Normalisation& read = own.read;
   read.mean.assign(static_cast<std::size_t>(own.reads()), 0.0);
@@ -114,7 +129,7 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
     const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
     // A sine has no other values, and divisors made from them must not be 0.
     const bool on_circle = own.on_circle[static_cast<std::size_t>(i)];
-    own.start.push_back(range.moments.mean);
+    own.start.push_back(starts[static_cast<std::size_t>(i)].mean);
     own.low.push_back(on_circle ? -kCircle : range.low - beyond);
     own.high.push_back(on_circle ? kCircle : range.high + beyond);
     set(2 * ny + own.readings + i, range.moments.mean, scale_of(range));
@@ -137,7 +152,8 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   for (std::size_t i = 0; i < deviations.size(); ++i)
     for (std::size_t j = i; j < deviations.size(); ++j) {
       const double product = deviations[i] * deviations[j];
-      own.start.push_back(i == j ? product : 0.0);
+      const double first = starts[i].deviation();
+      own.start.push_back(i == j ? std::max(first * first, kLeastOfStart * product) : 0.0);
       own.low.push_back((i == j ? kLeast : -kMost) * product);
       own.high.push_back(kMost * product);
     }

@@ -14,6 +14,9 @@ namespace nlo::trainer {
 ///   output_noise  the variance of y - h(x)
 /// If training adds noise to the sensors (`noisy`), which the runs lack: 1e-4 of the variance of x, and the variance
 /// of y.
+///   start         mean and variance of x where segments begin: at the first samples if these are all `whole_runs`,
+///                 and there are 16 runs at least; else at any sample. At least 1 % of the variance at any sample, so
+///                 that a filter that starts again in flight finds the state.
 void start_prior(PriorSetting& own, const TrainingData& data);
 
 }  // namespace nlo::trainer

@@ -127,6 +127,27 @@ bool reads_clock_products(const ObserverStructure& structure) {
                      [](const Feature& feature) { return feature.clock >= 0; });
 }
 
+bool has_estimate_rows(const ObserverStructure& structure) {
+  for (std::size_t i = 0; i < structure.state_mean.size(); ++i)
+    if (structure.module->estimate_row(structure, static_cast<int>(i)) < 0) return false;
+  return true;
+}
+
+/// Makes the linear path of `map` pass on each state's estimate_row().
+void write_estimate_rows(const ObserverStructure& structure, float* map) {
+  for (std::size_t i = 0; i < structure.state_mean.size(); ++i) {
+    const int row = structure.module->estimate_row(structure, static_cast<int>(i));
+    for (std::size_t f = 0; f < structure.features.size(); ++f) {
+      const Feature& feature = structure.features[f];
+      if (feature.latent != row || feature.reading >= 0 || feature.clock >= 0) continue;
+      map[structure.network.layers.back().bias + static_cast<std::ptrdiff_t>(i)] =
+          (feature.mean - structure.state_mean[i]) / structure.state_scale[i];
+      map[static_cast<std::size_t>(structure.network.linear_path) + i * structure.features.size() + f] =
+          feature.scale / structure.state_scale[i];
+    }
+  }
+}
+
 /// [intercept, linear path], n_x x (1 + n_u), of a T* that is another map at each time of the transient.
 Eigen::MatrixXd transient_fit(const ObserverStructure& structure, double ridge, const Rollout& rollout) {
   constexpr Eigen::Index kBlock = 4096;  // samples
@@ -177,6 +198,10 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     parameters.insert(parameters.end(), map.begin(), map.end());
   }
   if (!linear) return parameters;
+  if (has_estimate_rows(structure)) {
+    write_estimate_rows(structure, parameters.data() + structure.dynamics_parameters());
+    return parameters;
+  }
   if (reads_clock_products(structure)) {
     const Eigen::MatrixXd fit = transient_fit(structure, experiment.inverse_map.ridge, rollout);
     float* map = parameters.data() + structure.dynamics_parameters();

@@ -33,7 +33,8 @@ bool latent_system_learns(const Experiment& experiment, const ObserverStructure&
 /// Initial parameters of the latent system: eigenvalues, or a network.
 std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment);
 
-/// Initial parameters; with a linear path, L is the ridge regression of the states on the features.
+/// Initial parameters; with a linear path, L is the ridge regression of the states on the features, or picks the
+/// estimates that the latent system has from the start (TrainableStructure::estimate_row).
 std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
                                       const Rollout& rollout);
 

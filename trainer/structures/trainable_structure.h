@@ -5,6 +5,7 @@
 // To add a structure: a file in this folder with its class and its instance, a line in structure_table.cpp.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -74,6 +75,15 @@ class TrainableStructure {
 
   /// Sets the means and scales of the inputs of a network within the latent system.
   virtual void normalise_dynamics(ObserverStructure&, const TrainingData&, ThreadPool&) const {}
+
+  /// Number of positive constants of the latent system that are tuned before the first step of the training
+  /// (tune_constants.h), such as the noise variances of a filter. Most structures have none. The search also
+  /// starts from the first one a hundred and ten thousand times as large.
+  virtual int tuned_constants(const ObserverStructure&) const { return 0; }
+  virtual void multiply_constants(ObserverStructure&, const Eigen::VectorXd& /*factors*/) const {}
+
+  /// The row of z that estimates state `state` before any training, so that T* begins as this row. -1: there is none.
+  virtual int estimate_row(const ObserverStructure&, int /*state*/) const { return -1; }
 
   /// Initial parameters of the latent system.
   virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,

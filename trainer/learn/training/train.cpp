@@ -19,6 +19,7 @@
 #include "trainer/learn/training/parameter_groups.h"
 #include "trainer/learn/training/provenance.h"
 #include "trainer/learn/training/shipped_model.h"
+#include "trainer/learn/training/tune_constants.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/structure_table.h"
 
@@ -139,6 +140,7 @@ class Training {
   void start() {
     // The features' scales come from the initial latent system; they are part of the structure, not of the parameters.
     normalise_dynamics(structure_, training_data_, pool_);
+    tune_constants(structure_, experiment_, training_data_, pool_);
     const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
     if (options_.resume) {

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/learn/training/tune_constants.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "trainer/base/coordinate_search.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/rollout/sampling.h"
+#include "trainer/structures/for_each_sample.h"
+#include "trainer/structures/make_dynamics.h"
+#include "trainer/structures/moments.h"
+#include "trainer/structures/structure.h"
+#include "trainer/structures/structure_table.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::VectorXd;
+
+/// Whole runs, spread over the data, and the segments of a draw that no step of the training makes.
+std::vector<Segment> tuning_segments(const Experiment& experiment, const TrainingData& data) {
+  constexpr std::ptrdiff_t kMostSamples = 1 << 17;
+  constexpr long kNoStep = -1;
+  const std::vector<Segment> runs = whole_runs(data);
+  std::ptrdiff_t samples = 0;
+  for (const Segment& run : runs) samples += run.length;
+  const auto every = static_cast<std::size_t>(1 + samples / kMostSamples);
+  std::vector<Segment> segments;
+  for (std::size_t i = 0; i < runs.size(); i += every) {
+    segments.push_back(runs[i]);
+    segments.back().length = static_cast<int>(std::min<std::ptrdiff_t>(runs[i].length, kMostSamples));
+  }
+  if (experiment.training.mode == TrainingMode::kFullBatch || experiment.training.segment_s == 0.0) return segments;
+  for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
+  return segments;
+}
+
+class Tuning {
+ public:
+  Tuning(const ObserverStructure& structure, const Experiment& experiment, const TrainingData& data, ThreadPool& pool)
+      : structure_(structure),
+        experiment_(experiment),
+        data_(data),
+        pool_(pool),
+        segments_(tuning_segments(experiment, data)),
+        inverse_variance_(VectorXd::Ones(data.nx)) {
+    for (int i = 0; i < data.nx && experiment.loss.is_normalised(); ++i) {
+      Moments moments;
+      for (const TrainingData::Run& run : data.runs)
+        for (int k = 0; k < run.samples; ++k)
+          moments.add(
+              static_cast<double>(run.states[static_cast<std::size_t>(i) * static_cast<std::size_t>(run.samples) +
+                                             static_cast<std::size_t>(k)]),
+              static_cast<double>(run.weight[static_cast<std::size_t>(k)]));
+      const auto deviation = static_cast<double>(safe_scale(moments.deviation()));
+      inverse_variance_(i) = 1.0 / (deviation * deviation);
+    }
+  }
+
+  /// The structure with its constants times 10^log10.
+  ObserverStructure with(const VectorXd& log10) const {
+    ObserverStructure changed = structure_;
+    structure_.module->multiply_constants(changed, Eigen::pow(10.0, log10.array()).matrix());
+    return changed;
+  }
+
+  /// RMSE of the estimates; NaN if one is not finite.
+  double rmse(const VectorXd& log10) const {
+    const ObserverStructure tried = with(log10);
+    const auto dynamics = make_dynamics(experiment_, tried, data_.steps_s, pool_.threads());
+    dynamics->prepare(initial_dynamics(tried, experiment_).data());
+    Rollout rollout(data_);
+    rollout.run(segments_, *dynamics, experiment_.training.all_noise(), experiment_.seed, Purpose::kValidationNoise, 0,
+                pool_, experiment_.training.input_noise);
+    double squares = 0.0, total = 0.0;
+    for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
+      const auto w = static_cast<double>(weight(rollout, segment, time));
+      if (w == 0.0) return;
+      total += w;
+      for (int i = 0; i < data_.nx; ++i) {
+        const int row = tried.module->estimate_row(tried, i);
+        const auto error = static_cast<double>(group.latent[group.at(row, time) + static_cast<std::size_t>(lane)] -
+                                               rollout.state(segment, static_cast<std::size_t>(i), time));
+        squares += w * error * error * inverse_variance_(i);
+      }
+    });
+    return std::sqrt(squares / total);
+  }
+
+ private:
+  const ObserverStructure& structure_;
+  const Experiment& experiment_;
+  const TrainingData& data_;
+  ThreadPool& pool_;
+  std::vector<Segment> segments_;
+  VectorXd inverse_variance_;  ///< n_x, weights of the squared errors
+};
+
+}  // namespace
+
+void tune_constants(ObserverStructure& structure, const Experiment& experiment, const TrainingData& data,
+                    ThreadPool& pool) {
+  const int constants = structure.module->tuned_constants(structure);
+  if (constants == 0) return;
+  const Tuning tuning(structure, experiment, data, pool);
+  const CostsOf costs = [&](const std::vector<VectorXd>& points) {
+    std::vector<double> result;
+    for (const VectorXd& point : points) result.push_back(tuning.rmse(point));
+    return result;
+  };
+  std::vector<VectorXd> starts;
+  for (const double decades : {0.0, 2.0, 4.0}) {
+    starts.emplace_back(VectorXd::Zero(constants));
+    starts.back()(0) = decades;
+  }
+  const std::vector<double> found = costs(starts);
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < starts.size(); ++i)
+    if (found[i] < found[best] || !std::isfinite(found[best])) best = i;
+  const Tuned tuned = coordinate_search(starts[best], costs);
+  if (std::isfinite(tuned.cost)) structure = tuning.with(tuned.x);
+}
+
+}  // namespace nlo::trainer
