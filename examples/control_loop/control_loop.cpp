@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer in a periodic thread: measure, step, estimate, at absolute deadlines. The ten lines that a control loop
-// needs stand in on_timer(); the rest plays the hardware and keeps the books.
+// Runs an observer in a periodic thread with absolute deadlines: measures, steps, estimates. on_timer() has the ten
+// lines that a control loop needs. The other code simulates the hardware and collects statistics.
 #include <charconv>
 #include <cstdio>
 #include <cstring>
@@ -20,21 +20,21 @@ namespace {
 
 constinit Observer observer{kModel};
 constinit Monitor monitor{kMonitor};
-int faults = 0;        // measurements that were clamped, or replaced by the last good one
+int faults = 0;        // measurements that were clamped or replaced by the last good one
 int outside = 0;       // estimates outside of the training domain
-int alarms = 0;        // ticks at which the monitor says that the plant or the sensor is another one
+int alarms = 0;        // ticks with an alarm of the monitor
 float command = 0.0F;  // output to the actuator
 
-/// The control law of one tick: all that a firmware timer interrupt would do.
+/// Runs one tick of the control law: everything that the timer interrupt of a firmware would do.
 Observer::Estimate on_timer(float position, int periods) {
-  if (periods != 1) monitor.reset();                           // it counts on steps of one sample period
-  const float y = monitor.usable_outputs(position, observer);  // an outlier becomes a miss
+  if (periods != 1) monitor.reset();                           // the monitor expects steps of one sample period
+  const float y = monitor.usable_outputs(position, observer);  // an outlier becomes a missing sample
   const auto status = periods == 1 ? observer.step(y)          // latent only: a few multiply-adds
                                    : observer.step(y, static_cast<float>(periods) * kModel.sample_period_s);
   if (status != nlo::StepStatus::kOk) ++faults;  // clamped or held: the state is finite in any case
   const auto x_hat = observer.estimate();        // T*(z)
   if (!observer.in_domain()) ++outside;          // a real loop would enter its safe mode
-  if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) ++alarms;  // there too
+  if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) ++alarms;  // a real loop would enter its safe mode
   command = -1.2F * x_hat[0] - 0.8F * x_hat[1];
   return x_hat;
 }
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stderr);
     return 2;
   }
-  constexpr double kRunS = 50.0, kTransientS = 10.0;  // plant time, as in the evaluation's protocol
+  constexpr double kRunS = 50.0, kTransientS = 10.0;  // plant time, as in the paper's evaluation
   const double sample_period_s = static_cast<double>(kModel.sample_period_s);
   const int ticks = static_cast<int>(options.seconds * options.rate_hz);
   const int ticks_per_run = static_cast<int>(kRunS / sample_period_s);

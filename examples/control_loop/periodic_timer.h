@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A fixed rate from absolute deadlines: sleeping "until", never "for", so that the cost of a tick does not add up to
-// drift. Also the requests of a Linux process that help to keep deadlines.
+// Keeps a fixed rate by absolute deadlines: it sleeps "until" a time and never "for" a time, so that the duration of
+// ticks does not add up to a drift. Also has calls by which a Linux process keeps its deadlines better.
 #pragma once
 
 #include <pthread.h>
@@ -22,8 +22,8 @@ class PeriodicTimer {
  public:
   explicit PeriodicTimer(std::int64_t period_ns) : period_ns_(period_ns), deadline_ns_(monotonic_ns()) {}
 
-  /// Sleeps until the next deadline on the grid. Returns how many periods have passed: 1, or more when the tick before
-  /// ran past its deadline and whole periods had to be skipped.
+  /// Sleeps until the next deadline on the grid. Returns how many periods have passed: 1, or more if the last tick
+  /// missed its deadline and whole periods were skipped.
   int wait() {
     const std::int64_t behind_ns = monotonic_ns() - (deadline_ns_ + period_ns_);
     const int periods = behind_ns < 0 ? 1 : static_cast<int>(behind_ns / period_ns_) + 2;
@@ -36,11 +36,11 @@ class PeriodicTimer {
     return periods;
   }
 
-  /// The deadline that the latest wait() waited for.
+  /// Returns the deadline of the latest wait().
   std::int64_t deadline_ns() const { return deadline_ns_; }
-  /// Deadlines at which the loop was still at work, or not yet awake.
+  /// Returns the number of deadlines at which the loop was still working, or not yet awake.
   int missed() const { return missed_; }
-  /// How long after its deadline the latest wait() returned.
+  /// Returns how long after its deadline the latest wait() returned.
   std::int64_t lateness_ns() const { return lateness_ns_; }
 
  private:
@@ -50,7 +50,7 @@ class PeriodicTimer {
   int missed_ = 0;
 };
 
-/// Keeps the process's pages in memory: a page fault costs more than many steps.
+/// Keeps the pages of the process in memory, because a page fault takes longer than many steps.
 inline bool lock_memory() {
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
 }

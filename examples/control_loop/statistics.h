@@ -21,7 +21,7 @@ class Durations {
 
   void sort() { std::sort(values_ns_.begin(), values_ns_.begin() + static_cast<std::ptrdiff_t>(count_)); }
 
-  /// After sort(): the value that this share of all values does not exceed.
+  /// Returns the quantile: `share` of all values do not exceed it. Call sort() before.
   std::int64_t quantile(double share) const {
     return count_ == 0 ? 0 : values_ns_[static_cast<std::size_t>(share * static_cast<double>(count_ - 1))];
   }
@@ -33,7 +33,7 @@ class Durations {
     return text;
   }
 
-  /// After sort(): counts in buckets that grow by a quarter.
+  /// Returns the counts in buckets, each a quarter wider than the one before. Call sort() before.
   std::string histogram_json() const {
     std::string text = "[";
     std::size_t first = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stands for the hardware: a Van der Pol oscillator (22) and a noisy sensor of its position. On a real rig measure()
-// would read a sensor, and nobody would know state().
+// Replaces the hardware: simulates a Van der Pol oscillator (22) and a noisy sensor of its position. On a real rig
+// measure() would read a sensor, and state() would not exist.
 #pragma once
 
 #include <array>
@@ -18,13 +18,13 @@ class VanDerPolRig {
     restart();
   }
 
-  /// Puts the oscillator to a random state of the box that the observer was trained on.
+  /// Puts the oscillator into a random state of the box of the training.
   void restart() {
     std::uniform_real_distribution<double> box(-1.0, 1.0);
     for (double& x : state_) x = box(random_);
   }
 
-  /// Lets some sample periods pass, then reads the sensor.
+  /// Simulates some sample periods and returns the measurement at their end.
   float measure(int periods) {
     for (int p = 0; p < periods; ++p) advance();
     return static_cast<float>(state_[0] + noise_ * standard_normal_(random_));
@@ -38,7 +38,7 @@ class VanDerPolRig {
     return {x[0] + by_s * slope[0], x[1] + by_s * slope[1]};
   }
 
-  /// One step of the classical Runge-Kutta method.
+  /// Takes one step of the classical Runge-Kutta method.
   void advance() {
     const double h = sample_period_s_;
     const State a = derivative(state_);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A new model for a unit in the field: the bytes of a model behind a header that says which layout they have, which
-// version they are, and their CRC. The firmware stays as it is; it takes a blob only when all of these fit and the
-// model answers a recorded flight as it did when the blob was written.
+// Stores a new model for a unit in the field: the bytes of the model behind a header with layout, version and CRC (a
+// blob). The firmware stays unchanged. It accepts a blob only if layout, version and CRC fit, and if the model gives
+// the same estimate after a recorded flight as when the blob was written.
 //
 //   build machine   compile the new exported header for the same target, call write_blob(), flash the bytes
 //   firmware        const auto [model, status] = checked_model<van_der_pol::Model>(flash, size, least_version);
-//                   take over with exchanged() below; without a model, go on with the one that was compiled in
+//                   exchange the observer by exchanged() below; if `model` is null, keep the compiled model
 //
-// Two exports have the same layout when they have the same structure, sizes and scalar type, so a new training of the
+// Two exports have the same layout if they have the same structure, sizes and scalar type, so a new training of the
 // same experiment fits. Copy this header and change its requirements.
 #pragma once
 
@@ -23,13 +23,13 @@ namespace nlo::examples {
 
 enum class BlobStatus : std::uint8_t {
   kOk,
-  kMisaligned,    ///< the bytes do not start where a model may
+  kMisaligned,    ///< the first byte is not aligned for a model
   kShort,         ///< fewer bytes than a blob has
   kNotABlob,      ///< another magic number, such as an erased flash
   kOtherLayout,   ///< another structure, other sizes or another target
-  kOlder,         ///< a version below the least that is accepted
-  kDamaged,       ///< the CRC is not that of the bytes
-  kOtherAnswers,  ///< the recorded flight ends elsewhere
+  kOlder,         ///< a version below the oldest accepted one
+  kDamaged,       ///< the CRC does not match the bytes
+  kOtherAnswers,  ///< the recorded flight ends with another estimate
 };
 
 inline constexpr int kFlightSamples = 8;
@@ -37,9 +37,9 @@ inline constexpr int kFlightSamples = 8;
 template <class Model>
 struct alignas(Model) alignas(8) ModelBlob {
   using Scalar = typename Model::Scalar;
-  std::uint32_t magic, layout, version, crc;               ///< crc of all that follows, and of the version
+  std::uint32_t magic, layout, version, crc;               ///< crc: of the version and of all following bytes
   Scalar flight[kFlightSamples][Model::kNy + Model::kNu];  ///< outputs, then inputs
-  Scalar answer[Model::kNx];                               ///< x_hat after the last of them
+  Scalar answer[Model::kNx];                               ///< x_hat after the last sample of the flight
   alignas(Model) unsigned char model[sizeof(Model)];
 };
 
@@ -55,7 +55,7 @@ inline std::uint32_t crc32(const unsigned char* bytes, std::size_t size, std::ui
   return ~crc;
 }
 
-/// A number that differs where the bytes of a model mean something else: its type with all sizes, and the target.
+/// Returns a number for the layout of a model's bytes, from its type with all sizes and from the target.
 template <class Model>
 std::uint32_t layout_of() {
 #if defined(__ARM_ARCH)
@@ -80,7 +80,7 @@ std::uint32_t crc_of(const ModelBlob<Model>& blob) {
   return crc32(bytes + kBegin, sizeof blob - kBegin, version);
 }
 
-/// x_hat after the flight, by Observer<Model>, from a reset.
+/// Returns x_hat after the flight, computed by Observer<Model> from a reset.
 template <class Observer>
 typename Observer::Estimate answer_of(
     const typename Observer::Model& model,
@@ -112,7 +112,7 @@ void write_blob(const typename Observer::Model& model, std::uint32_t version,
   blob.layout = layout_of<Model>();
   blob.version = version;
   for (int k = 0; k < kFlightSamples; ++k) {
-    const auto share = static_cast<typename Model::Scalar>(0.3 + 0.05 * k);  // between the ends of the range
+    const auto share = static_cast<typename Model::Scalar>(0.3 + 0.05 * k);  // position within the range, 0 to 1
     for (int j = 0; j < Model::kNy; ++j)
       blob.flight[k][j] = model.outputs.min[j] + share * (model.outputs.max[j] - model.outputs.min[j]);
     for (int j = 0; j < Model::kNu; ++j) blob.flight[k][Model::kNy + j] = share;
@@ -125,12 +125,12 @@ void write_blob(const typename Observer::Model& model, std::uint32_t version,
 
 template <class Model>
 struct CheckedModel {
-  const Model* model = nullptr;  ///< in the bytes that were checked; nullptr unless kOk
+  const Model* model = nullptr;  ///< points into the checked bytes; nullptr unless kOk
   BlobStatus status = BlobStatus::kShort;
 };
 
-/// The model in `size` bytes at `data`, which must stay there as long as an observer uses it.
-///   least_version  a unit refuses older versions
+/// Checks a blob of `size` bytes at `data` and returns its model. The bytes must stay there while an observer uses it.
+///   least_version  older versions are refused
 template <class Observer>
 CheckedModel<typename Observer::Model> checked_model(const void* data, std::size_t size, std::uint32_t least_version) {
   using Model = typename Observer::Model;
@@ -147,15 +147,15 @@ CheckedModel<typename Observer::Model> checked_model(const void* data, std::size
   for (int i = 0; i < Model::kNx; ++i) {
     const auto difference = answer[i] - blob.answer[i];
     const auto size_of = blob.answer[i] < 0 ? -blob.answer[i] : blob.answer[i];
-    // Written by another arithmetic of the same target: some roundings. NaN is not below any limit.
+    // The blob may come from another arithmetic on the same target, with other roundings. NaN is refused, too.
     const auto limit = typename Model::Scalar(1e-4) * (size_of + typename Model::Scalar(1));
     if (!(difference < limit && -difference < limit)) return {nullptr, BlobStatus::kOtherAnswers};
   }
   return {model, BlobStatus::kOk};
 }
 
-/// An observer of the new model in place of `running`. z means the same to both where only T* has changed: then it goes
-/// on without a transient. Where the latent system is another one, z says nothing, and the observer starts again.
+/// Returns an observer of the new model in place of `running`. If only T* has changed, it continues with the same z,
+/// without a transient. If the latent system has changed, it starts again.
 template <class Observer>
 Observer exchanged(const Observer& running, const typename Observer::Model& next) {
   Observer observer(next);

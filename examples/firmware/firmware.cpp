@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An exported observer on a Cortex-M: a timer at the model's sample period, a measurement per tick (here replayed from
-// flash), the estimate on the host's terminal. On real hardware measure() would read an ADC, and report() a radio.
+// Runs an exported observer on a Cortex-M: a timer ticks at the model's sample period, each tick has a measurement
+// (here replayed from flash), and the estimate is printed on the terminal of the host. On real hardware measure() would
+// read an ADC, and report() would write to a radio.
 #include <cstdint>
 #include <iterator>
 
@@ -16,9 +17,9 @@ constinit static nlo::van_der_pol::Observer observer{kModel};
 namespace {
 
 constexpr int kSamples = static_cast<int>(std::size(kRecords));
-constexpr int kSettled = 250;  // judged after 5 s: the observer starts from zero, the oscillator does not
+constexpr int kSettled = 250;  // samples (5 s) before the error counts, because the observer starts at 0
 
-// SysTick, the timer that every Cortex-M of these boards has: counts core clocks down from a reload value.
+// SysTick is the timer that every Cortex-M of these boards has. It counts core clocks down from a reload value.
 struct SysTick {
   volatile std::uint32_t control, reload, current, calibration;
 };
@@ -65,7 +66,7 @@ float square(float v) {
   return v * v;
 }
 
-/// Newton's method: a rough root is enough to print, and libm would be larger than this program.
+/// Returns a rough square root by Newton's method: exact enough to print. libm would be larger than this program.
 float root(float v) {
   float r = v > 1.0F ? v : 1.0F;
   for (int i = 0; i < 20; ++i) r = 0.5F * (r + v / r);
@@ -89,7 +90,7 @@ int main() {
     if (observer.step(measure(k)) != nlo::StepStatus::kOk) board::write("measurement clamped or held\n");
     const auto x_hat = observer.estimate();
 
-    if (ticks != handled) ++overruns;  // not done within the sample period
+    if (ticks != handled) ++overruns;  // the tick took longer than the sample period
     if (k % 100 == 0) report(k, x_hat[State::x1], x_hat[State::x2]);
     if (k < kSettled) continue;
     squared_error += square(x_hat[State::x1] - kRecords[k].x1) + square(x_hat[State::x2] - kRecords[k].x2);

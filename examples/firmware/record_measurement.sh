@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Writes recorded_measurement.h anew: what a sensor of the oscillator's position would have said for 20 s.
+# Writes recorded_measurement.h again: simulated measurements of the oscillator's position for 20 s.
 #   usage: record_measurement.sh path/to/nlo
 set -eu
 csv=$(mktemp)
@@ -10,8 +10,8 @@ awk -F, '
   NR == 1 {
     for (i = 1; i <= NF; ++i) column[$i] = i
     print "// SPDX-License-Identifier: MIT"
-    print "// Van der Pol oscillator at 50 Hz for 20 s, its position measured with noise N(0, 0.5): the columns are the"
-    print "// measurement and, to judge by, the true state. Made by record_measurement.sh."
+    print "// A Van der Pol oscillator at 50 Hz for 20 s, whose position is measured with noise N(0, 0.5). The columns are the"
+    print "// measurement and the true state, which is used to compute the error. record_measurement.sh made this file."
     print "#pragma once\n"
     print "struct Record {\n  float measured, x1, x2;\n};\n"
     print "inline constexpr Record kRecords[] = {"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Van der Pol oscillator at 50 Hz for 20 s, its position measured with noise N(0, 0.5): the columns are the
-// measurement and, to judge by, the true state. Made by record_measurement.sh.
+// A Van der Pol oscillator at 50 Hz for 20 s, whose position is measured with noise N(0, 0.5). The columns are the
+// measurement and the true state, which is used to compute the error. record_measurement.sh made this file.
 #pragma once
 
 struct Record {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The smallest use of an exported observer: measurements in, one per line; estimates out.
+// The smallest use of an exported observer: reads one measurement per line and prints estimates.
 //   awk -F, 'NR > 1 {print $2}' log.csv | minimal
 #include <cstdio>
 

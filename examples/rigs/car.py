@@ -3,12 +3,14 @@
 """
 usage: examples/rigs/car.py CHECKOUT OUT
 
-Logs of the radio-controlled car DART, from a checkout of DART: one row for each message of the car's sensors, with the
-columns of trainer/experiments/car.toml. OUT gets FOLDER__RECORDING.csv; examples/rigs/README.md says how car.toml calls them.
+Writes logs of the radio-controlled car DART from a checkout of DART: one row for each message of the car's sensors, with
+the columns of trainer/experiments/car.toml. The files are OUT/FOLDER__RECORDING.csv; examples/rigs/README.md has the names
+that car.toml expects.
 
-The recordings repeat the latest sensor message at each frame of the motion capture, 100 Hz. A row is kept where the
-message changes, 10 Hz, at the time of that frame. The truth is made of the poses alone: x, y and yaw on an even grid, a
-Butterworth low-pass of order 4 at 5 Hz, run forwards and backwards, central differences, turned into the body's frame.
+The recordings repeat the latest sensor message at each frame of the motion capture (100 Hz). A row is kept where the
+message changes (10 Hz), at the time of that frame. The truth is computed from the poses alone: x, y and yaw on an even
+grid, a Butterworth low-pass of order 4 at 5 Hz that runs forwards and backwards, and central differences, which are turned
+into the body's frame.
 """
 import cmath
 import hashlib
@@ -17,18 +19,18 @@ import sys
 
 import logs
 
-FRAME_S = 0.01  # of the motion capture
+FRAME_S = 0.01  # period of the motion capture [s]
 CUTOFF_HZ = 5.0
 ORDER = 4
 SENSORS = (("acc_x", "acc x (IMU)", 4), ("acc_y", "acc y (IMU)", 4), ("yaw_rate", "W (IMU)", 5),
            ("wheel_speed", "vel encoder", 4), ("throttle", "throttle", 4), ("steering", "steering", 5))
 TIME, STAMP = "vicon time", "elapsed time sensors"
 POSE = ("vicon x", "vicon y", "vicon yaw")
-LEAST_ROWS = 2000  # of motion capture: 20 s
+LEAST_ROWS = 2000  # least number of frames of the motion capture: 20 s
 
 
 def butterworth():
-    """Sections (b0, b1, b2, a1, a2) of the low-pass, by the bilinear transform."""
+    """Returns the sections (b0, b1, b2, a1, a2) of the low-pass by the bilinear transform."""
     warped = math.tan(math.pi * CUTOFF_HZ * FRAME_S)
     sections = []
     for k in range(ORDER // 2):
@@ -41,7 +43,7 @@ def butterworth():
 
 
 def filtered(signal, sections):
-    """Forwards, from rest at the first value."""
+    """Filters forwards, starting at rest at the first value."""
     for b0, b1, b2, a1, a2 in sections:
         first = signal[0]  # unit gain at rest
         s2 = (b2 - a2) * first
@@ -57,7 +59,7 @@ def filtered(signal, sections):
 
 
 def zero_phase(signal):
-    """Forwards and backwards; both ends are continued by their mirror image through the end point."""
+    """Filters forwards and backwards. Both ends are continued by their mirror image through the end point."""
     pad = min(len(signal) - 1, 100)
     before = [2 * signal[0] - v for v in signal[pad:0:-1]]
     behind = [2 * signal[-1] - v for v in signal[-2:-pad - 2:-1]]
@@ -67,7 +69,7 @@ def zero_phase(signal):
 
 
 def interpolated(at, times, values):
-    """Linear; `at` and `times` increase."""
+    """Interpolates linearly. `at` and `times` must increase."""
     result, k = [], 0
     for t in at:
         while k + 2 < len(times) and times[k + 1] < t:
@@ -90,7 +92,7 @@ def derivative(signal):
 
 
 def truth(times, x, y, yaw):
-    """(grid, v_x, v_y, r): speeds of the marker in the body's frame, and the yaw rate."""
+    """Returns (grid, v_x, v_y, r): the speeds of the marker in the body's frame, and the yaw rate."""
     grid = [k * FRAME_S for k in range(int(times[-1] / FRAME_S) + 1)]
     x, y, yaw = (zero_phase(interpolated(grid, times, v)) for v in (x, y, unwrapped(yaw)))
     dx, dy = derivative(x), derivative(y)
@@ -100,7 +102,7 @@ def truth(times, x, y, yaw):
 
 
 def converted(text, name):
-    """Columns of the log, or None where the recording is too short or its sensors are silent."""
+    """Returns the columns of the log, or None if the recording is too short or its sensors are silent."""
     columns = logs.table(text, [TIME, STAMP, *POSE, *(h for _, h, _ in SENSORS)], name)
     times = [t - columns[TIME][0] for t in columns[TIME]]
     frames, last = [], -1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the four converters share: tables in, CSV files out, and errors that name the file."""
+"""Functions of all four converters: read tables, write CSV files, and raise errors that name the file."""
 import csv
 import pathlib
 import sys
@@ -10,7 +10,7 @@ def fail(message):
 
 
 def folders(arguments, usage):
-    """CHECKOUT OUT of the command line, as paths; OUT is made."""
+    """Returns CHECKOUT and OUT of the command line as paths, and creates OUT."""
     if len(arguments) != 3 or arguments[1] in ("-h", "--help"):
         print(usage.strip())
         sys.exit(0 if len(arguments) == 2 and arguments[1] in ("-h", "--help") else 2)
@@ -22,7 +22,7 @@ def folders(arguments, usage):
 
 
 def table(text, headings, name):
-    """Columns of a CSV text by heading, as lists of floats. Cells that are empty or no numbers are an error."""
+    """Returns the columns of a CSV text by heading, as lists of floats. A cell that is not a number is an error."""
     rows = list(csv.DictReader(text.splitlines()))
     missing = [h for h in headings if not rows or h not in rows[0]]
     if missing:
@@ -46,7 +46,7 @@ def is_number(cell):
 
 
 def write(file, columns, decimals):
-    """columns: heading -> values, all of one length; decimals: heading -> digits behind the point."""
+    """Writes a CSV file. columns: heading -> values, all of one length; decimals: heading -> digits after the point."""
     with open(file, "w", newline="") as out:
         out.write(",".join(columns) + "\n")
         for row in zip(*columns.values(), strict=True):

@@ -3,20 +3,20 @@
 """
 usage: examples/rigs/unseen.py NLO LOGS [SEED]
 
-Which cheap score tells that an observer's estimates are not to be trusted? Trains observers of three rigs with whole
-groups of logs left out (program NLO, logs below LOGS) and prints, for each score and each set that training has not
-seen: the share of samples whose error is over three times the validation error although the score is silent, and the
-share that it flags. Thresholds have 1 % false flags on the validation logs. Needs numpy.
+Which cheap score detects estimates that are not to be trusted? Trains observers of three rigs with whole groups of logs
+left out (program NLO, logs below LOGS). For each score and each set of logs that training has not seen, it prints the
+share of missed samples (the error is over three times the validation error, but the score raises no flag) and the share
+of flagged samples. Thresholds are set to 1 % false flags on the validation logs. Needs numpy.
 
   box       z in the model's domain, what in_domain() says
   whole     Mahalanobis distance of v = [z; y; u]
   least 4   the four directions of v with the least variance
   rows      of v and the estimate, two directions w with the largest var(w . v over faults) / var(w . v over training)
-  hidden    the same of T*'s last hidden layer
+  hidden    the same for the last hidden layer of T*
   ~ held    averaged over six time constants of the slowest mode
 
-Faults are made of training logs: from a random sample on a reading is zero, stuck, shifted, scaled or another log's.
-Those count whose error is over three times the validation error.
+Faults are made from training logs: from a random sample on, a reading is zero, stuck, shifted, scaled or that of another
+log. Only faults whose error is over three times the validation error count.
 """
 import json
 import pathlib

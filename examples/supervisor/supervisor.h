@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// An observer beside a filter that you have, an EKF for example. Both run at every sample. The observer's estimate is
-// used while nothing speaks against it, the filter's otherwise, and the estimate for the loop does not jump when they
+// Runs an observer beside your own filter, for example an EKF. Both step at every sample. The loop gets the observer's
+// estimate while the observer is trusted, otherwise the filter's. The estimate for the loop does not jump when they
 // change:
 //
 //   x_hat_k = active_k + offset_k
-//   offset_k = fade offset_{k-1}              offset_k = (the other's x_hat) - active_k at a hand-over
+//   offset_k = fade offset_{k-1}              at a hand-over: offset_k = (x_hat of the estimator before) - active_k
 //
-// No heap, no exceptions. Copy it, and change the conditions against your observer: speaks_against().
+// No heap, no exceptions. Copy this file, and change the conditions for distrusting your observer: speaks_against().
 #pragma once
 
 #include <nlo/monitor.h>
@@ -18,13 +18,13 @@ namespace nlo::examples {
 enum class Source : std::uint8_t { kObserver, kFilter };
 
 struct SupervisorConfig {
-  int patience = 3;     ///< samples in a row that speak against the observer before the filter takes over
-  int probation = 250;  ///< samples in a row that do not, before the observer takes over again
-  double fade = 0.98;   ///< share of an offset that the next sample keeps, exp(-sample period / time constant)
+  int patience = 3;     ///< distrusted samples in a row before the filter takes over
+  int probation = 250;  ///< trusted samples in a row before the observer takes over again
+  double fade = 0.98;   ///< share of the offset that remains after one sample, exp(-sample period / time constant)
 };
 
-/// Filter has   void step(const Output& y)       the measurement as it came, NaN included
-///              Estimate estimate() const        n_x values, finite while it can be used
+/// Filter has   void step(const Output& y)       gets the measurement unchanged, also NaN
+///              Estimate estimate() const        returns n_x values, finite while the filter can be used
 /// Observer and Monitor are those of an exported header. All three must outlive the supervisor.
 template <class Observer, class Monitor, class Filter>
 class Supervisor {
@@ -36,8 +36,8 @@ class Supervisor {
   constexpr Supervisor(Observer& observer, Monitor& monitor, Filter& filter, const SupervisorConfig& config = {})
       : observer_(observer), monitor_(monitor), filter_(filter), config_(config) {}
 
-  /// Steps both over one sample. Returns the estimate for the loop. Finite where one of the two is; otherwise the last
-  /// one that was.
+  /// Steps both by one sample and returns the estimate for the loop. It is finite if one of both estimates is;
+  /// otherwise the last finite one is returned.
   Estimate step(const Output& y) {
     const StepStatus status = observer_.step(monitor_.usable_outputs(y, observer_));
     filter_.step(y);
