@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# How long a compiler takes for exported headers and for the runtime alone, beside <iostream> in the same run.
-#   usage: bench/compile_time.sh HEADER...     the medians of 9 runs of ${CXX:-g++} ${CXXFLAGS:--O2} [s]
+# Measures how long a compiler takes for exported headers, for the runtime alone, and for <iostream> in the same run.
+#   usage: bench/compile_time.sh HEADER...     prints the medians of 9 runs of ${CXX:-g++} ${CXXFLAGS:--O2} [s]
 set -eu
 [ $# -gt 0 ] || { sed -n 's/^# \{0,3\}//; 3,4p' "$0" >&2; exit 2; }
 runtime=$(cd "$(dirname "$0")/../runtime/include" && pwd)

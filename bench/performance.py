@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes the tables of docs/performance.md from the counts and ratios that stand in the tree.
+"""Writes the tables of docs/performance.md from counts and ratios in other files of the project.
 
 usage: bench/performance.py [--check]
-  --check  write nothing; exit 1 where the page is not what the counts say
-Each figure comes from the file whose own test holds it: bench/port_models/counted.json (cycles by models of ports),
+  --check  writes nothing; exits with 1 if the page differs from the counts
+Each figure comes from a file that has its own test: bench/port_models/counted.json (cycles by models of ports),
 docs/appendix/embedded_counts.md and bench/embedded/README.md (instructions on emulated boards),
 bench/results (ratios that were timed).
 """
@@ -15,7 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs/performance.md"
 
-# Structure, its name in counted.json, those in the pages of counts in float, deterministic and int16; why cells have nothing.
+# Structure, its name in counted.json, its names in the pages of counts (float, deterministic, int16); None: an empty cell.
 ROWS = [
     ("KKL, 3-50x4-2 relu", "relu_50x4", ("float relu", "deterministic relu", "int16 relu")),
     ("KKL, 3-50x4-2 tanh", "tanh_50x4", ("float tanh", "deterministic tanh", "int16 tanh")),

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: MIT
 # Runs the benchmarks several times and writes the medians of their ratios as one file for this machine.
 #   usage: bench/run.sh [-n RUNS] [-b BUILD_DIR] [-o FILE]
-#     -n  runs of each, by turns (5)
-#     -b  a Release build with -DNLO_BENCH=ON (build/release)
-#     -o  default: bench/results/CPU.json
-# On a quiet machine: everything else that runs takes from one run and not from another.
+#     -n  number of runs of each benchmark; the benchmarks run in turn (5)
+#     -b  folder of a Release build with -DNLO_BENCH=ON (build/release)
+#     -o  file of the results (bench/results/CPU.json)
+# Use a quiet machine, because other programs slow down some runs and not others.
 set -eu
 cd "$(dirname "$0")/.."
 runs=5 build=build/release out=

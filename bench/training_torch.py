@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Times training_epoch's steps of random samples and of gated units beside PyTorch on this machine, in one run.
+"""Compares training_epoch's steps of random samples and of gated units with PyTorch on this machine, in one run.
 
   usage: bench/training_torch.py [BUILD_DIR]      (build/release; Debian: python3-torch, libopenblas0-pthread)
 
-PyTorch does less: its z and readings are given, where nlo draws noise, filters and samples in each step. Its gated units
-are torch.nn.GRU, whose reset acts behind a product, not before; as many multiply-adds. Both in float, with Adam; the
-fastest of several bursts counts.
+PyTorch does less work: it gets z and the readings, whereas nlo draws noise, filters and samples in each step. The gated
+units of PyTorch are torch.nn.GRU. Its reset acts after a product and not before it, with as many multiply-adds. Both
+compute in float with Adam. The fastest of several bursts counts.
 """
 import re
 import subprocess

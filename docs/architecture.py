@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The house in one picture: docs/architecture.svg, drawn from the #include lines of the sources.
+"""Draws the folders of the project in one picture, docs/architecture.svg, from the #include lines of the sources.
 
 usage: docs/architecture.py [--check]
 
   (none)   writes docs/architecture.svg
-  --check  exit 1, with what changed, when the committed picture is not the one of today's includes
+  --check  exits with 1 and prints the differences if the committed picture does not fit the present includes
 
-A room is a folder with sources; what it is for is the first comment of its CMakeLists.txt. Rooms stand above what they
-include. An arrow that follows from two others is left out. An arrow against the layering, part of a circle, is red:
-tests/properties/include_arrows_test.cpp names its files.
+A room is a folder with sources; the first comment of its CMakeLists.txt says what the room is for. A room stands above the
+rooms that it includes. An arrow that follows from two others is left out. An arrow against the layering is part of a circle
+and red: tests/properties/include_arrows_test.cpp names its files.
 """
 import pathlib
 import re

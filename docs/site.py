@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The docs as a site: README and docs with search, and the runtime's interface from its headers.
+"""Makes a site of the docs: README and docs with search, and the runtime's interface from its headers.
 
 usage: docs/site.py [-o FOLDER] [--serve [PORT]]
 
-  -o FOLDER        where the site goes; default build/site. This version is FOLDER/VERSION, other versions in it stay, and
-                   FOLDER/index.html leads to the newest
-  --serve [PORT]   then show it at http://localhost:PORT (8000); the search needs a server
+  -o FOLDER        folder of the site; default build/site. This version goes to FOLDER/VERSION, other versions stay there,
+                   and FOLDER/index.html leads to the newest
+  --serve [PORT]   then shows the site at http://localhost:PORT (8000); the search needs a server
 
-Wants the Debian packages mkdocs-material and doxygen. The pages are those of docs/README.md, in its order; a source that
-a page links to comes with it as a text. A link that leads nowhere is an error: exit 1.
+Needs the Debian packages mkdocs-material and doxygen. The pages are those of docs/README.md, in its order. If a page links
+to a source, the site contains the source as a text. A link that leads nowhere is an error: exit 1.
 """
 import argparse
 import functools

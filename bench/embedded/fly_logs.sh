@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # shellcheck shell=sh disable=SC2154 # source and build
-# For scripts that fly exported observers over whole logs on an emulated Cortex-M4F (fly_log.cpp): source it. They set
+# Source this file in scripts that run exported observers over whole logs on an emulated Cortex-M4F (fly_log.cpp). They set
 #   source  folder of this repository
 #   build   folder of the cross build
 
@@ -33,8 +33,8 @@ fly() {
     END { print numbers, apart + 0 }'
 }
 
-# agrees SAMPLES DOMAIN APART: the estimates are within 1e-4 of the RMS of the state, in_domain() is the trainer's at
-# all but one in a thousand samples (at the very edge a rounding decides).
+# agrees SAMPLES DOMAIN APART: succeeds if the estimates differ by less than 1e-4 of the RMS of the state, and if in_domain()
+# differs from the trainer's in at most one of a thousand samples (at the edge of the domain a rounding decides).
 agrees() {
   [ "$1" -gt 1 ] && [ "$3" -le 100000 ] && [ $((($1 - $2) * 1000)) -le "$1" ]
 }

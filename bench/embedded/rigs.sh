@@ -1,10 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The observers of docs/rigs.md on an emulated Cortex-M4F: each flies its whole test logs, and its estimates are compared
-# with those of `nlo evaluate`. Prints the table of docs/appendix/embedded_counts.md; fails when one does not agree.
+# Runs the observers of docs/rigs.md on an emulated Cortex-M4F over their whole test logs, and compares their estimates with
+# those of `nlo evaluate`. Prints the table of docs/appendix/embedded_counts.md; fails if one does not agree.
 #   usage: rigs.sh NLO DATA WORK [--write docs/appendix/embedded_counts.md]
 #   DATA  has the folders qube, double_pendulum, battery and car (examples/rigs)
-#   WORK  has NAME/model.json as `nlo train NAME -o WORK/NAME` left it; what is not there is trained
+#   WORK  has NAME/model.json, written by `nlo train NAME -o WORK/NAME`; missing models are trained
 set -eu
 source=$(cd "$(dirname "$0")/../.." && pwd)
 nlo=$1 data=$2 target=''
@@ -37,7 +37,7 @@ $rigs
 END
 build_observers cmake "$(cd "$(dirname "$nlo")" && pwd)/$(basename "$nlo")" "$@"
 
-# rig NAME FOLDER LOG...: prints its row; fails when a flight does not agree.
+# rig NAME FOLDER LOG...: prints the row of a rig; fails if a run does not agree.
 rig() {
   name=$1 folder=$2
   shift 2

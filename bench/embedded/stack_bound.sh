@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# For scripts that link programs and ask what their calls take of the stack: source it.
+# Source this file in scripts that link programs and need the stack of their calls.
 
 # Deepest path of the call graph below step_and_estimate [bytes], from GCC's .ci file. Calls that it cannot follow
 # (libm, libgcc) count as nothing: the painted stack has them.

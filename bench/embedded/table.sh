@@ -1,10 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs what count.cpp counts on every emulated core, prints the tables of docs/appendix/embedded_counts.md (the paper's
-# network), README.md (structures, and the M55) and riscv/README.md, and checks its gates and that no figure differs from
-# the recorded one by more than 5 %.
-#   usage: table.sh BUILDS [CORE...]            BUILDS/CORE holds the cross build of each core
-#          table.sh BUILDS --write [CORE...]    the pages, from all rows of m4f, m0plus, m55, rv64, rv64v that stand there
+# Runs the counts of count.cpp on every emulated core and prints the tables of docs/appendix/embedded_counts.md (the paper's
+# network), README.md (structures, and the M55) and riscv/README.md. Checks the limits, and that no figure differs from the
+# recorded one by more than 5 %.
+#   usage: table.sh BUILDS [CORE...]            BUILDS/CORE is the cross build of each core
+#          table.sh BUILDS --write [CORE...]    writes the pages, with all rows of m4f, m0plus, m55, rv64, rv64v in BUILDS
 set -euo pipefail
 builds=$1 write='' cores=(m4f m7 m33 m0plus)
 shift
@@ -37,7 +37,7 @@ gate() {
   failed=1
 }
 
-# row CORE VARIANT: sets the line of the table and checks what has a limit.
+# row CORE VARIANT: sets the line of the table and checks the figures that have a limit.
 row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
   local size=arm-none-eabi-size structure=${variant%_*} multiply_adds stack_limit ram_limit flash_limit int16_limit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""AArch64 as GCC and clang write it, as far as kernels go: machine_code.py."""
+"""The AArch64 assembly of GCC and clang for machine_code.py, as far as the kernels use it."""
 import re
 
 from machine_code import MASK, Core, Unknown, operands

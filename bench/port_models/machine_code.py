@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""The instructions that one call of a function executes, from the assembly that a compiler has written.
+"""Finds the instructions that one call of a function executes, from the assembly of a compiler.
 
-llvm-mca reads instructions one after the other: it follows no jump. So the call is executed here as far as control and
-addresses go (integers, by value). Vectors and the caller's data pass by as None, and so does what an instruction gives
-that is not known here: a jump or an address that depends on one of them is an error.
+llvm-mca reads a list of instructions and follows no jump. Therefore this module executes the call as far as jumps and
+addresses need it: it computes integers. Vectors, the caller's data and the results of unknown instructions are None. A
+jump or an address that depends on None is an error.
 
-llvm-mca does not see either that a load reads what a store before it wrote, and would run the layers of a network side
-by side. trace() says it by a register: behind such a store its value moves to a general register, and the load takes
-that register for its address. What this costs stands for the store's way through memory.
+llvm-mca does not see that a load reads a value that was stored before, and would run the layers of a network side by side.
+trace() expresses this by a register: after such a store the value moves to a general register, and the load uses this
+register as its address. The cost of this move stands for the time of the value's way through memory.
 """
 import re
 
@@ -16,11 +16,11 @@ MOST = 500000  # instructions of one call
 
 
 class Unknown(Exception):
-    """An instruction that the emulator would have to understand and does not."""
+    """Raised for an instruction that the emulator needs and does not know."""
 
 
 def operands(text):
-    """The operands of one instruction: commas inside brackets do not part them."""
+    """Returns the operands of one instruction. Commas inside brackets do not separate them."""
     parts, depth, start = [], 0, 0
     for at, char in enumerate(text):
         depth += (char in "([{") - (char in ")]}")

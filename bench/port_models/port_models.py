@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Cycles of the runtime's kernels on cores that are not at hand, by llvm-mca's models of their ports.
+"""Counts cycles of the runtime's kernels on cores that we do not have, by llvm-mca's models of their ports.
 
 usage: bench/port_models/port_models.py [--cores NAME,...] [--check | --write] [--also FLAG] [--work DIR]
 
-  (none)    print the table
-  --check   compare with counted.json: exit 1 where a figure has changed by more than 5 % or a gate is lost
-  --write   write counted.json, and the table of README.md
-  --cores   of these cores of cores.json only
+  (none)    prints the table
+  --check   compares with counted.json; exits with 1 if a figure has changed by more than 5 % or misses its goal
+  --write   writes counted.json, and the table of README.md
+  --cores   counts only for these cores of cores.json
   --also    one more flag for the compiler; may be repeated
-  --work    where what is compiled goes (a temporary directory)
+  --work    directory for the compiled files (default: a temporary one)
 
-exit status: 0, 1 a figure has changed, 2 misuse or a Debian package is missing, 77 --check did not compare: a package is
-missing, or the compiler is not the one that counted.json was counted with
+exit status: 0 done, 1 a figure has changed, 2 wrong usage or a missing Debian package, 77 --check did not compare, because
+a package is missing or the compiler is not the one that made counted.json
 """
 import argparse
 import concurrent.futures

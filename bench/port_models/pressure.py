@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The least cycles that ports take for a list of instructions, from what llvm-mca says of its resources.
+"""Computes the least number of cycles that the ports need for a list of instructions, from the resources in llvm-mca's output.
 
-Its own figure, "Block RThroughput", looks at each group of ports by itself. An instruction that holds one of two ports
-for long, as divisions do, leaves the other alone with what either could do: so ports are looked at two by two, too.
+llvm-mca's own figure, "Block RThroughput", looks at each group of ports separately. A division, for example, occupies one of
+two ports for long, so the other port must do all the work that both could do. Therefore pairs of ports are examined, too.
 """
 import collections
 import itertools
@@ -12,7 +12,7 @@ SEEN = 8  # of an instruction, until it is known which ports it goes to
 
 
 def least_cycles(said):
-    """Of the output of llvm-mca: what its busiest port, or the busiest two together, need at least."""
+    """Returns the least cycles of the busiest port, or of the busiest two together, from the output of llvm-mca."""
     head, table = said.split("Resource pressure by instruction:\n")
     ports = table.split("Instructions:")[0].split()
     needs = collections.defaultdict(lambda: ([0] * len(ports), [0]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""x86-64 as GCC and clang write it (AT&T), as far as kernels go: machine_code.py."""
+"""The x86-64 assembly (AT&T) of GCC and clang for machine_code.py, as far as the kernels use it."""
 import re
 
 from machine_code import MASK, Core, Unknown
