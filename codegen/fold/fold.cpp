@@ -19,18 +19,29 @@ int stale_after(const Model& m) {
 }
 
 std::vector<int> not_due(const Model& m) {
-  constexpr double kRounding = 0.05;  // sample periods
-  std::vector<int> samples(static_cast<std::size_t>(m.nr()), 0);
-  for (std::size_t j = 0; j < m.outputs.size(); ++j)
-    if (m.outputs[j].period_s > 0.0)
-      samples[j] = static_cast<int>(std::ceil(m.outputs[j].period_s / m.sample_period_s - kRounding)) - 1;
-  const ComputedOutputs computed(m.outputs, m.inputs);
+  std::vector<int> samples = not_due(m.outputs, m.inputs, m.sample_period_s);
+  samples.resize(static_cast<std::size_t>(m.nr()), 0);
+  return samples;
+}
+
+std::vector<int> not_due(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs,
+                         double sample_period_s) {
+  constexpr double kRounding = 0.05;                            // sample periods
+  std::vector<int> samples(outputs.size() + inputs.size(), 0);  // what is computed may read inputs
+  for (std::size_t j = 0; j < outputs.size(); ++j)
+    if (outputs[j].period_s > 0.0)
+      samples[j] = static_cast<int>(std::ceil(outputs[j].period_s / sample_period_s - kRounding)) - 1;
+  const ComputedOutputs computed(outputs, inputs);
   for (std::size_t i = 0; i < computed.all().size(); ++i)
     for (const int part : computed.all()[i].reads()) {
       int& of_sum = samples[static_cast<std::size_t>(computed.first()) + i];
       of_sum = std::max(of_sum, samples[static_cast<std::size_t>(part)]);
     }
   return samples;
+}
+
+int most_missing(int not_due) {
+  return not_due + (not_due + 1) / 2;
 }
 
 bool has_slow_outputs(const Model& m) {

@@ -18,6 +18,11 @@ int stale_after(const Model& model);
 /// For each reading, n_r: samples for which it is not due after one that has arrived; 0: due in every sample. A
 /// computed output is as slow as the slowest of its parts.
 std::vector<int> not_due(const Model& model);
+/// The same for each of `outputs`, which may be computed from these and from `inputs`; then 0 for each input.
+std::vector<int> not_due(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs,
+                         double sample_period_s);
+/// Largest number of samples in a row that an output may be missing: a slow one may be late by half its period.
+int most_missing(int not_due);
 bool has_slow_outputs(const Model& model);
 
 }  // namespace nlo::codegen

@@ -111,15 +111,6 @@ void check_periods(const Model& m) {
     if (!(period_s >= kShortestOutputPeriod * m.sample_period_s && period_s <= kLongest * m.sample_period_s))
       fail("outputs[{}].period_s is {}; it must be from {:g} to {:g} sample periods of {} s, or be left out", j,
            period_s, kShortestOutputPeriod, kLongest, m.sample_period_s);
-    if (std::find(m.failures.outputs.begin(), m.failures.outputs.end(), static_cast<int>(j)) !=
-        m.failures.outputs.end())
-      fail(
-          "outputs[{}].period_s is {}, and may_fail names the output, too; a slow output is held between its samples, "
-          "and one of may_fail fades: leave one out",
-          j, period_s);
-    if (m.monitor)
-      fail("outputs[{}].period_s is {}, and the model has a monitor, which judges every sample: leave one out", j,
-           period_s);
   }
 }
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "codegen/fold/fold.h"
+
 namespace nlo::codegen {
 
 using Eigen::Index;
@@ -42,6 +44,7 @@ ReferenceMonitor::ReferenceMonitor(const Model& model, Monitor monitor)
       steady_(LatentDomain(model).relative_gain()),
       ranges_(flown_ranges(model)),
       gain_((-(-model.sample_period_s / monitor_.windows_s.array()).expm1()).matrix()),
+      not_due_(not_due(model)),
       armed_after_(codegen::armed_after(monitor_, model.sample_period_s)) {
   reset();
 }
@@ -76,8 +79,9 @@ VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
   const bool gap = dt_s > 1.5 * model_.sample_period_s;
   gated_ = true;
   for (Index j = 0; j < measured; ++j) {
-    missing_(j) = !std::isfinite(y(j));
-    if (missing_(j)) continue;
+    const bool given = std::isfinite(y(j));
+    missing_(j) = !given && not_due_[static_cast<std::size_t>(j)] == 0;
+    if (!given) continue;
     Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
     repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.reference_sensor(j))),
                 armed() ? predicted_(j) : 0.0);
@@ -94,12 +98,13 @@ VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
     kept(j) = std::numeric_limits<double>::quiet_NaN();
     ++all_rejected_;
   }
-  for (Index j = measured; j < y.size(); ++j) missing_(j) = !kept.head(measured).allFinite();  // computed of them
+  for (Index j = measured; j < y.size(); ++j)  // computed of them
+    missing_(j) = not_due_[static_cast<std::size_t>(j)] == 0 && !kept.head(measured).allFinite();
   return kept;
 }
 
 void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const VectorXd& x_hat,
-                             const std::vector<StepStatus>& status) {
+                             const std::vector<StepStatus>& status, const std::vector<bool>& arrived) {
   const double largest = kLargestInnovation;
   const Index ny = model_.ny(), windows = monitor_.windows();
   started_ = true;
@@ -107,9 +112,11 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
   for (Index j = 0; j < ny; ++j) {
     const StepStatus own = status[static_cast<std::size_t>(j)];
     Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
+    const bool slow = not_due_[static_cast<std::size_t>(j)] > 0;
+    const bool is_new = !slow || arrived.empty() || arrived[static_cast<std::size_t>(j)];
     if (!gated_) {
       missing_(j) = false;
-      if (own < StepStatus::kHeld)
+      if (own < StepStatus::kHeld && is_new)
         repeats.add(monitor_, j, readings(j), readings(static_cast<Index>(monitor_.reference_sensor(j))),
                     armed() ? predicted_(j) : 0.0);
     }
@@ -117,12 +124,12 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
     stale = stale || own >= StepStatus::kStale;
     missing_share_(j) += gain_(0) * ((missing_(j) ? 1.0 : 0.0) - missing_share_(j));
     if (missing_(j) || samples_ == 0) continue;
-    const double e = limited(innovation(j, readings(j)), largest);
+    const double e = is_new ? limited(innovation(j, readings(j)), largest) : last_(j);
     for (Index w = 0; w < windows; ++w) {
       mean_(j, w) += gain_(w) * (e - mean_(j, w));
       power_(j, w) += gain_(windows - 1) * (mean_(j, w) * mean_(j, w) - power_(j, w));
       variance_(j, w) += gain_(w) * (e * e - variance_(j, w));
-      correlation_(j, w) += gain_(w) * (e * last_(j) - correlation_(j, w));
+      if (!slow) correlation_(j, w) += gain_(w) * (e * last_(j) - correlation_(j, w));
     }
     last_(j) = e;
   }
@@ -194,6 +201,7 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
   if (model.error)
     all.run.sigma = all.run.widened_sigma = MatrixXd::Constant(model.nx(), samples, static_cast<double>(kUnknownSigma));
   std::vector<StepStatus> status(static_cast<std::size_t>(model.ny()));
+  std::vector<bool> arrived(status.size(), true);
   bool started = false;
   for (Index k = 0; k < samples; ++k) {
     const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
@@ -210,8 +218,11 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
     all.run.z.col(k) = observer.latent().cast<double>();
     all.run.y.col(k) = observer.output();
     all.run.x_hat.col(k) = observer.estimate().cast<double>();
-    for (Index j = 0; j < model.ny(); ++j) status[static_cast<std::size_t>(j)] = observer.status(j);
-    watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k), status);
+    for (Index j = 0; j < model.ny(); ++j) {
+      status[static_cast<std::size_t>(j)] = observer.status(j);
+      arrived[static_cast<std::size_t>(j)] = observer.has_arrived(j);
+    }
+    watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k), status, arrived);
     all.levels.col(k) = watch.levels();
     all.alarms[static_cast<std::size_t>(k)] = watch.alarm();
     if (!model.error) continue;

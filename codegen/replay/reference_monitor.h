@@ -29,9 +29,9 @@ class ReferenceMonitor {
   Eigen::VectorXd usable_outputs(const Eigen::VectorXd& y, double dt_s = 0.0);
 
   /// Judges a sample after the observer's step: z, readings as it took them (n_r, angles unwrapped), x_hat, and the
-  /// status of each output.
+  /// status of each output. `arrived`: whether each output arrived; empty: all did.
   void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat,
-             const std::vector<StepStatus>& status);
+             const std::vector<StepStatus>& status, const std::vector<bool>& arrived = {});
 
   /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then
   /// the share of missing measurements of each output; then b of each state.
@@ -56,7 +56,8 @@ class ReferenceMonitor {
   std::vector<Alarm> meanings_;
   Eigen::MatrixXd steady_;  // S of relative readings
   FlownRanges ranges_;
-  Eigen::VectorXd gain_;  // one smoothing factor per window
+  Eigen::VectorXd gain_;      // one smoothing factor per window
+  std::vector<int> not_due_;  // of each reading (fold.h)
   int armed_after_;
 
   Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows

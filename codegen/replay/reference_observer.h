@@ -80,6 +80,8 @@ class ReferenceObserver {
 
   /// Status of one output in the last step.
   StepStatus status(Eigen::Index output) const { return validation_->status(output); }
+  /// Returns true if an output arrived in the last step, and for one without a period of its own.
+  bool has_arrived(Eigen::Index output) const { return validation_->has_arrived(output); }
 
   /// The last step would have left the finite numbers: z was kept.
   bool diverged() const { return status_ == StepStatus::kDiverged; }

@@ -10,14 +10,6 @@
 #include "codegen/fold/fold.h"
 
 namespace nlo::codegen {
-namespace {
-
-/// Largest number of samples in a row that an output may be missing: a slow one may be late by half its period.
-int most_missing(int not_due) {
-  return not_due + (not_due + 1) / 2;
-}
-
-}  // namespace
 
 SampleValidation::SampleValidation(const Model& model, FlownRanges ranges)
     : model_(model),
@@ -78,6 +70,10 @@ int SampleValidation::late(std::size_t channel) const {
 
 StepStatus SampleValidation::status_of(std::size_t channel) const {
   const Health& h = health_[channel];
+  if (not_due_[channel] > 0 && may_fail(channel)) {
+    if (h.clamped) return StepStatus::kClamped;
+    return late(channel) > 0 ? StepStatus::kHeld : StepStatus::kOk;
+  }
   const int count = h.clamped ? h.count : late(channel);
   if (count == 0) return StepStatus::kOk;
   if (count >= stale_after_) return h.clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
@@ -89,17 +85,39 @@ bool SampleValidation::clamped() const {
   return std::any_of(health_.begin(), health_.end(), [](const Health& h) { return h.clamped; });
 }
 
-void SampleValidation::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
+int SampleValidation::missed_samples(double dt_s) const {
+  const double periods = dt_s / model_.sample_period_s;
+  return started_ && periods > 1.5 ? static_cast<int>(std::round(periods)) - 1 : 0;
+}
+
+bool SampleValidation::may_fail(std::size_t channel) const {
+  const std::vector<int>& outputs = model_.failures.outputs;
+  return std::find(outputs.begin(), outputs.end(), static_cast<int>(channel)) != outputs.end();
+}
+
+SampleValidation::Filled SampleValidation::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
   const SensorFailures& failures = model_.failures;
+  const auto size = static_cast<std::size_t>(readings.size());
+  Filled filled{std::vector<bool>(size, false), std::vector<bool>(size, false)};
   const double keep = started_ ? std::exp(-dt_s / failures.staleness_s) : 0.0;
   for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
     const Eigen::Index output = failures.outputs[i];
     const auto index = static_cast<Eigen::Index>(i);
     const Eigen::Index flag = readings.size() - static_cast<Eigen::Index>(failures.outputs.size()) + index;
+    const auto channel = static_cast<std::size_t>(output);
+    const bool given = std::isfinite(readings(output));
+    if (not_due_[channel] > 0) {
+      const Health& h = health_[channel];
+      const int age = (h.held || h.clamped ? h.count : 0) + missed_samples(dt_s) + 1;
+      filled.absent[channel] = !given;
+      if (!given && age <= most_missing(not_due_[channel])) readings(output) = y_(output);
+    }
     const bool missing = !std::isfinite(readings(output));
+    filled.missing[channel] = missing;
     if (missing) readings(output) = failures.rest(index) + keep * (y_(output) - failures.rest(index));
     readings(flag) = missing ? 1.0 - keep * (1.0 - y_(flag)) : keep * y_(flag);
   }
+  return filled;
 }
 
 bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped,
@@ -115,12 +133,8 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
       u.resize(0);
     }
   }
-  std::vector<bool> missing(static_cast<std::size_t>(y.size()), false);
-  for (const int output : model_.failures.outputs)
-    missing[static_cast<std::size_t>(output)] = !std::isfinite(y(output));
-  fill_missing(y, dt_s);
-  const double periods = dt_s / model_.sample_period_s;
-  const int missed = started_ && periods > 1.5 ? static_cast<int>(std::round(periods)) - 1 : 0;
+  const Filled filled = fill_missing(y, dt_s);
+  const int missed = missed_samples(dt_s);
   const auto update = [&](Eigen::Index channel, bool held, bool clamped) {
     constexpr int kMost = 1 << 20;
     Health& h = health_[static_cast<std::size_t>(channel)];
@@ -145,9 +159,21 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
       good_y(j) -= wrap * whole_turns(good_y(j) - y_(j), wrap);
     }
     const bool held = !std::isfinite(good_y(j));
-    update(j, held, clamped);
-    if (missing[static_cast<std::size_t>(j)]) health_[static_cast<std::size_t>(j)] = {1, true};
     const auto channel = static_cast<std::size_t>(j);
+    const Health before = health_[channel];
+    update(j, held, clamped);
+    if (not_due_[channel] > 0 && may_fail(channel)) {
+      Health& h = health_[channel];
+      if (filled.absent[channel]) {
+        const int age = (before.held || before.clamped ? before.count : 0) + missed + 1;
+        const bool late = age > most_missing(not_due_[channel]);
+        h = {std::min(age, 1 << 20), true, before.clamped && !late, missed > 0};
+      } else if (h.clamped) {
+        h.count = 1;
+      }
+    } else if (filled.missing[channel]) {
+      health_[channel] = {1, true};
+    }
     const bool known = not_due_[channel] > 0 && (health_[channel].clamped || late(channel) == 0);
     if (held && (started_ || known)) good_y(j) = y_(j);
     // Before the first sample that all others have: what has arrived is kept.

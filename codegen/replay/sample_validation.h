@@ -44,6 +44,13 @@ class SampleValidation {
   /// Status of one output in the last sample.
   StepStatus status(Eigen::Index output) const { return status_of(static_cast<std::size_t>(output)); }
 
+  /// Returns true if an output arrived in the last sample, and for one without a period of its own.
+  bool has_arrived(Eigen::Index output) const {
+    const auto channel = static_cast<std::size_t>(output);
+    const Health& h = health_[channel];
+    return not_due_[channel] == 0 || (!h.held && !(h.clamped && h.late));
+  }
+
  private:
   /// Health of a channel: the number of samples in a row that were not used unchanged, and the event of the last.
   struct Health {
@@ -60,7 +67,13 @@ class SampleValidation {
   int stale_after_;
   std::vector<int> not_due_;  ///< for each channel (fold.h)
   FlownRanges ranges_;
-  void fill_missing(Eigen::VectorXd& readings, double dt_s) const;
+  /// Fills in missing outputs. Returns for each reading: an output that may fail is missing; a slow one is absent.
+  struct Filled {
+    std::vector<bool> missing, absent;
+  };
+  Filled fill_missing(Eigen::VectorXd& readings, double dt_s) const;
+  int missed_samples(double dt_s) const;
+  bool may_fail(std::size_t channel) const;
 
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;

@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "codegen/base/embedded_text.h"
+#include "codegen/fold/fold.h"
 #include "codegen/text/cpp_monitor.h"
 
 namespace nlo::codegen {
@@ -41,6 +42,7 @@ void add_c99_monitor(const Model& m, const Initialiser& init, std::map<std::stri
   values["PLACE_OF_MONITOR"] = m.monitor->scales_with_motion() ? ", monitor->place" : "";
   values["AGREES"] = m.monitor->compares_row() ? "true" : "";
   values["AGREEMENT_WINDOW"] = m.monitor->windows() > 1 ? "1" : "0";
+  values["AND_ARRIVED"] = has_slow_outputs(m) ? " && arrived" : "";
   values["COMPUTES"] = m.measured() < m.ny() ? "true" : "";
   values["MONITOR"] = "\n" + std::string(embedded_text("c99/monitor.h.in"));
   values["MONITOR_BODY"] = embedded_text("c99/monitor.c.in");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "codegen/fold/fold.h"
@@ -45,6 +46,56 @@ void set_computed(const Model& m, const Initialiser& init, Values& values) {
   for (const char* key : {"READ", "START_READ"}) values[key] += "  compute(given);\n";
 }
 
+/// Whether a slow output may fail: it fades once it is late.
+bool has_slow_failing(const Model& m) {
+  const std::vector<int> samples = not_due(m);
+  return std::ranges::any_of(m.failures.outputs, [&](int j) { return samples[static_cast<std::size_t>(j)] > 0; });
+}
+
+/// As nlo/observer_core.h: a slow output holds its last value until it is late; its health counts since its last one.
+void set_slow_failures(const std::string& suffix, Values& values) {
+  std::string& text = values["FILL_MISSING"];
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    text.replace(at, from.size(), to);
+  };
+  replace("static void fill_missing(",
+          "// Returns the health of a slow output in a sample that does not bring it.\n"
+          "static uint16_t absent_health(uint16_t last, uint16_t not_due) {\n"
+          "  const uint16_t next = counted_on(last, 1U, (uint16_t)(1U | (last & 2U)));\n"
+          "  return (((next / 4U) > most_missing(not_due)) && is_clamped(next)) ? (uint16_t)(next - 2U) : next;\n"
+          "}\n\n"
+          "// A slow output holds its last value until it is late by half its period.\n"
+          "static void fill_missing(");
+  replace("bool* missing) {\n", "bool* missing, uint16_t* absent) {\n");
+  replace("    missing[i] = !is_finite(readings[j]);\n",
+          "    absent[i] = 0U;\n"
+          "    if ((kNotDue[j] > 0U) && !is_finite(readings[j])) {\n"
+          "      absent[i] = absent_health(o->health[j], kNotDue[j]);\n"
+          "      if ((absent[i] / 4U) <= most_missing(kNotDue[j])) { readings[j] = o->y[j]; }\n"
+          "    }\n"
+          "    missing[i] = !is_finite(readings[j]);\n");
+  replace("const bool* missing) {\n", "const bool* missing, const uint16_t* absent) {\n");
+  replace("    if (missing[i]) { o->health[kMayFail[i]] = 5U; }\n",
+          "    uint16_t* health = &o->health[kMayFail[i]];\n"
+          "    if (absent[i] != 0U) {\n"
+          "      *health = absent[i];\n"
+          "    } else if (kNotDue[kMayFail[i]] > 0U) {\n"
+          "      if (is_clamped(*health)) { *health = (uint16_t)(4U | (*health % 4U)); }\n"
+          "    } else {\n"
+          "      if (missing[i]) { *health = 5U; }\n"
+          "    }\n");
+  values["FILL"] = fmt::format(
+      "  bool missing[kNf];\n  uint16_t absent[kNf];\n"
+      "  fill_missing(o, given, (o->started == 1U) ? step->keep : 0.0{}, missing, absent);\n",
+      suffix);
+  values["NOTE_MISSING"] = "  mark_missing(o, missing, absent);\n";
+  values["FILL_START"] = fmt::format(
+      "  bool missing[kNf];\n  uint16_t absent[kNf];\n  fill_missing(observer, given, 0.0{}, missing, absent);\n",
+      suffix);
+  values["NOTE_MISSING_START"] = "  mark_missing(observer, missing, absent);\n";
+}
+
 /// As nlo/sensor_failures.h.
 void set_failures(const Model& m, const std::string& name, const Initialiser& init, Values& values) {
   const SensorFailures& f = m.failures;
@@ -80,6 +131,7 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["FILL_START"] =
       fmt::format("  bool missing[kNf];\n  fill_missing(observer, given, 0.0{}, missing);\n", suffix);
   values["NOTE_MISSING_START"] = "  mark_missing(observer, missing);\n";
+  if (has_slow_failing(m)) set_slow_failures(suffix, values);
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",
@@ -127,13 +179,18 @@ std::map<std::string, std::string> c99_readings(const Model& m, const std::strin
         "U_TAKEN",    "START_U",      "START_READ",   "U_PASSED",        "INPUT_NOTE",     "HOLD_INPUTS",
         "READ",       "NOTE_MISSING", "COMPUTE",      "KEEP_FIELD",      "KEEP_VALUE",     "KEEP_OVER",
         "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START",
-        "SLOW",       "NOT_DUE"})
+        "SLOW",       "NOT_DUE",      "FADES"})
     values[key] = "";
   if (has_slow_outputs(m)) {
     std::vector<int> samples = not_due(m);
     samples.resize(samples.size() + static_cast<std::size_t>(acting_inputs(m)), 0);
     values["SLOW"] = "true";
     values["NOT_DUE"] = fmt::format("{{{}}}", fmt::join(samples, ", "));
+    if (has_slow_failing(m)) {
+      for (std::size_t j = 0; j < samples.size(); ++j)
+        samples[j] = samples[j] > 0 && std::ranges::count(m.failures.outputs, static_cast<int>(j)) > 0 ? 1 : 0;
+      values["FADES"] = fmt::format("{{{}}}", fmt::join(samples, ", "));
+    }
   }
   values["READINGS"] = "y";
   values["CHANNELS"] = std::to_string(m.ny() + m.nu());

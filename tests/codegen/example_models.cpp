@@ -496,6 +496,27 @@ Model two_rates_model() {
   return m;
 }
 
+Model watched_two_rates_model() {
+  Model m = with_monitor(two_rates_model());
+  m.name = "watched_two_rates";
+  return m;
+}
+
+Model failing_two_rates_model() {
+  Model m = failing_rig_model();
+  m.name = "failing_two_rates";
+  m.outputs[1].period_s = 5.0 * m.sample_period_s;
+  return m;
+}
+
+Model watched_failing_two_rates_model() {
+  Model m = failing_model();
+  m.outputs[1].period_s = 4.0 * m.sample_period_s;
+  m = with_monitor(m);
+  m.name = "watched_failing_two_rates";
+  return m;
+}
+
 Model slow_angle_model() {
   Model m = rig_model();
   m.name = "slow_angle";
@@ -710,6 +731,9 @@ std::vector<Model> example_models() {
                                rig_model(),
                                two_rates_model(),
                                slow_angle_model(),
+                               watched_two_rates_model(),
+                               failing_two_rates_model(),
+                               watched_failing_two_rates_model(),
                                tiny_model(),
                                activation_model("relu"),
                                activation_model("silu"),

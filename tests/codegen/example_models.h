@@ -68,6 +68,10 @@ Model failing_rig_model();
 /// `rig_model` whose plain output is measured in each fifth sample; whose angle is, in each third.
 Model two_rates_model();
 Model slow_angle_model();
+/// `two_rates_model` with a monitor; `failing_rig_model` and `failing_model`, whose output that may be missing is slow.
+Model watched_two_rates_model();
+Model failing_two_rates_model();
+Model watched_failing_two_rates_model();
 /// `failing_model` with two more outputs, computed of outputs and inputs; `gated_model` with the product of its two.
 Model computed_model();
 Model computed_gated_model();

@@ -66,6 +66,52 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
   EXPECT_GE(rejected, 8 + 30);  // a sensor is frozen from its 30th repetition on
 }
 
+/// The golden model with an output of a fifth of the rate.
+struct Slow : watched::Model {
+  static constexpr std::uint16_t kNotDue[kNr] = {4};
+};
+constexpr Slow kSlow{watched::kModel};
+
+TEST(WatchedFlight, HeaderAndReferenceSeeTheSameOfASlowOutput) {
+  Model model = watched_model();
+  model.outputs[0].period_s = 5.0 * model.sample_period_s;
+  for (const bool gate : {true, false}) {
+    KklObserver<Slow> observer{kSlow};
+    watched::Monitor monitor{watched::kMonitor};
+    ReferenceObserver<double> reference(model);
+    ReferenceMonitor watch(model, *model.monitor);
+    int different = 0, missing = 0, others = 0;
+    double furthest = 0.0;
+    std::vector<float> readings = measurements();
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      const float y = k % 5 == 0 ? readings[k] : std::numeric_limits<float>::quiet_NaN();
+      const Eigen::VectorXd given = Eigen::VectorXd::Constant(1, static_cast<double>(y));
+      const float kept = gate ? monitor.usable_outputs(y, observer) : y;
+      const Eigen::VectorXd screened = gate ? watch.usable_outputs(given) : given;
+      ASSERT_EQ(std::isnan(kept), std::isnan(screened(0))) << k;
+      (void)observer.step(kept);
+      reference.step(screened);
+      ASSERT_EQ(observer.has_arrived(0), !std::isnan(kept)) << k;
+      ASSERT_EQ(reference.has_arrived(0), !std::isnan(kept)) << k;
+      const Alarm alarm = monitor.watch(observer, observer.estimate());
+      watch.watch(reference.latent(), reference.output(), reference.estimate(), {reference.status(Eigen::Index{0})},
+                  {reference.has_arrived(0)});
+      const double level = watch.levels().maxCoeff();
+      furthest = std::max(furthest, std::abs(static_cast<double>(monitor.level()) - level) / (1.0 + level));
+      different += alarm == watch.alarm() ? 0 : 1;
+      missing += alarm == Alarm::kMissing ? 1 : 0;
+      others += alarm != Alarm::kNone && alarm != Alarm::kMissing ? 1 : 0;
+      if (!gate && k > 20 && k < 500) {
+        ASSERT_NE(alarm, Alarm::kMissing) << k << ": nothing is due between two samples";
+      }
+    }
+    EXPECT_LT(furthest, 2e-5);  // as above
+    EXPECT_EQ(different, 0);
+    EXPECT_GT(missing, 10) << "control: 40 samples are missing";
+    EXPECT_GT(others, 20) << "control: the flight has what is to be seen";
+  }
+}
+
 TEST(WatchedFlight, AWholeRunEqualsItsSteps) {
   const Model model = watched_rig_model();
   const Eigen::Index samples = 300;

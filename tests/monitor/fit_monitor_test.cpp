@@ -103,6 +103,58 @@ TEST(FitMonitor, SeesDataUnlikeTheTraining) {
   EXPECT_EQ(alarms(model, waves(11, 20, 0.02)).seen, 0.0);
 }
 
+/// Waves of which each fifth sample arrives.
+SensedRuns slow_waves(std::uint64_t seed, int count, double noise, double bias = 0.0, int samples = 1500) {
+  SensedRuns runs = waves(seed, count, noise, bias, samples);
+  for (Eigen::MatrixXd& y : runs.outputs)
+    for (Eigen::Index k = 0; k < y.cols(); ++k)
+      if (k % 5 != 0) y(0, k) = std::numeric_limits<double>::quiet_NaN();
+  return runs;
+}
+
+codegen::Model watched_slow_waves() {
+  codegen::Model model = codegen::tiny_model();
+  model.outputs[0].period_s = 5.0 * model.sample_period_s;
+  const double tau = 40.0 * model.sample_period_s;
+  const RunSource limits{[](int chunk) { return slow_waves(100 + static_cast<std::uint64_t>(chunk), 40, 0.1); }, 8};
+  model.monitor = fit_monitor(model, slow_waves(1, 40, 0.1), limits, slow_waves(2, 10, 0.0), {}, {1.0, tau, 1}).monitor;
+  return model;
+}
+
+TEST(FitMonitor, ASoundSlowSensorRaisesNoMoreAlarmsThanStatedInAnHour) {
+  const codegen::Model model = watched_slow_waves();
+  codegen::validate(model);
+  const auto samples = static_cast<int>(3600.0 / model.sample_period_s);
+  const AlarmCount count = alarms(model, slow_waves(7, 1, 0.1, 0.0, samples));
+  EXPECT_LE(count.per_hour, 5.0) << "one is expected; limits are from a tenth of an hour";
+  // Predictions know the filter's view of the last reading, which is five samples old.
+  EXPECT_GT(model.monitor->deviation(0), 0.1);
+  EXPECT_LT(model.monitor->deviation(0), 0.2);
+}
+
+TEST(FitMonitor, ASlowSensorThatDiesFreezesShiftsOrGrowsNoisyIsSeen) {
+  const codegen::Model model = watched_slow_waves();
+  constexpr Eigen::Index kFault = 750;
+  const auto first_alarm = [&](const auto& change) {
+    SensedRuns runs = slow_waves(9, 1, 0.1);
+    for (Eigen::Index k = kFault; k < runs.outputs[0].cols(); ++k)
+      if (std::isfinite(runs.outputs[0](0, k))) change(runs.outputs[0](0, k));
+    const WatchedRun run = watched(model, runs).front();
+    for (Eigen::Index k = kFault; k < runs.outputs[0].cols(); ++k)
+      if (const Alarm alarm = run.alarms[static_cast<std::size_t>(k)]; alarm != Alarm::kNone)
+        return std::pair{alarm, k - kFault};
+    return std::pair{Alarm::kNone, Eigen::Index{0}};
+  };
+  EXPECT_EQ(first_alarm([](double&) {}).first, Alarm::kNone) << "control: a sound one";
+  const auto dead = first_alarm([](double& y) { y = std::numeric_limits<double>::quiet_NaN(); });
+  EXPECT_EQ(dead.first, Alarm::kMissing);
+  EXPECT_LT(dead.second, 8 + 40) << "late after 8 samples, then an average of 10";
+  EXPECT_NE(first_alarm([](double& y) { y = 0.3; }).first, Alarm::kNone);
+  EXPECT_NE(first_alarm([](double& y) { y += 1.0; }).first, Alarm::kNone);
+  int sign = 1;
+  EXPECT_NE(first_alarm([&](double& y) { y += 0.5 * (sign = -sign); }).first, Alarm::kNone);
+}
+
 TEST(FitMonitor, DeadSensorAlarmsThoughTheGateRejectedFiveReadingsOfSixInTraining) {
   codegen::Model model = codegen::tiny_model();
   SensedRuns logs = waves(100, 40, 0.1);

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "tests/runtime/batch_twin.h"
@@ -181,6 +183,88 @@ TEST(SlowOutputs, AWarmStartUsesTheLastSampleAndNeedsOne) {
   EXPECT_EQ(observer.warm_start({{3.0F, kNoSample}}), StepStatus::kOk);
   EXPECT_EQ(observer.save().y[0], 3.0F);
   EXPECT_EQ(observer.save().y[1], 2.0F);
+}
+
+using MayFail = KklModel<float, 2, 2, 2, 0, decltype(testing::identity_map<float, 2>()), 0, Hold::kZeroOrder, 1>;
+constexpr float kRest = 3.0F, kStaleness_s = 0.1F;
+/// The slow output may fail, too, and rests at 3.
+struct SlowMayFail : MayFail {
+  static constexpr std::uint16_t kNotDue[kNr] = {0, kSlowPeriod - 1, 0};
+};
+
+SlowMayFail slow_model_that_may_fail() {
+  SlowMayFail m = model_of<SlowMayFail>();
+  m.outputs.max[2] = 1.0F;
+  m.failures = {{1}, {kRest}, 1.0F / kStaleness_s, std::exp(-0.01F / kStaleness_s)};
+  return m;
+}
+const SlowMayFail kSlowMayFail = slow_model_that_may_fail();
+
+template <class Check>
+void each_policy_that_may_fail(const Check& check) {
+  check(KklObserver<SlowMayFail>(kSlowMayFail));
+  check(KklObserver<SlowMayFail, Arithmetic::kDeterministic>(kSlowMayFail));
+}
+
+TEST(SlowOutputsThatMayFail, HoldTheirValueUntilTheyAreLateAndThenFadeByTheClosedForm) {
+  each_policy_that_may_fail([](auto observer) {
+    constexpr int kFirstLate = kSlowPeriod * 3 / 2;
+    for (int k = 0; k < 2 * kSlowPeriod; ++k) {
+      const float given = k % kSlowPeriod == 0 ? -2.0F : kNoSample;
+      ASSERT_EQ(observer.step({{1.0F, given}}), StepStatus::kOk) << k;
+      ASSERT_EQ(observer.save().y[1], -2.0F) << k;
+      ASSERT_EQ(observer.staleness(1), 0.0F) << k;
+      ASSERT_EQ(observer.has_arrived(1), k % kSlowPeriod == 0);
+    }
+    for (int since = kSlowPeriod; since < 2000; ++since) {  // samples since the last value
+      const StepStatus status = observer.step({{1.0F, kNoSample}});
+      ASSERT_EQ(status, since < kFirstLate ? StepStatus::kOk : StepStatus::kHeld) << since << ": never stale";
+      ASSERT_EQ(observer.status(1), status);
+      const float left = std::exp(-0.01F / kStaleness_s * static_cast<float>(std::max(0, since - kFirstLate + 1)));
+      ASSERT_NEAR(observer.save().y[1], kRest + left * (-2.0F - kRest), 1e-5F) << since;
+      ASSERT_NEAR(observer.staleness(1), 1.0F - left, 1e-5F) << since;
+    }
+    EXPECT_EQ(observer.step({{1.0F, 4.0F}}), StepStatus::kOk) << "one sample ends it";
+    EXPECT_EQ(observer.save().y[1], 4.0F);
+    EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kOk);
+    EXPECT_EQ(observer.save().y[1], 4.0F);
+  });
+}
+
+TEST(SlowOutputsThatMayFail, StartTheObserverWithoutThem) {
+  each_policy_that_may_fail([](auto observer) {
+    EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld);
+    EXPECT_EQ(observer.save().started, 1);
+    EXPECT_EQ(observer.save().y[1], kRest);
+    EXPECT_EQ(observer.step({{1.0F, 2.0F}}), StepStatus::kOk);
+    EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kOk);
+    EXPECT_EQ(observer.save().y[1], 2.0F);
+  });
+}
+
+TEST(SlowOutputsThatMayFail, FadeAfterAClampedValueToo) {
+  each_policy_that_may_fail([](auto observer) {
+    for (int k = 0; k < 200; ++k) {  // out of range for ten periods
+      ASSERT_EQ(observer.step({{1.0F, k % kSlowPeriod == 0 ? 11.0F : kNoSample}}), StepStatus::kClamped) << k;
+      ASSERT_EQ(observer.save().y[1], 10.0F);
+    }
+    for (int since = kSlowPeriod; since < kSlowPeriod * 3 / 2; ++since)
+      ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kClamped) << since;
+    for (int k = 0; k < 100; ++k) ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld) << k;
+    EXPECT_NEAR(observer.save().y[1], kRest, 0.01F);
+  });
+}
+
+TEST(SlowOutputsThatMayFail, CountTheSamplesThatAStepOverAGapHasMissed) {
+  each_policy_that_may_fail([](auto observer) {
+    (void)observer.step({{1.0F, -2.0F}});
+    (void)observer.step({{1.0F, kNoSample}}, 0.29F);
+    EXPECT_EQ(observer.status(1), StepStatus::kOk) << "29 samples";
+    EXPECT_EQ(observer.save().y[1], -2.0F);
+    (void)observer.step({{1.0F, kNoSample}}, 0.02F);
+    EXPECT_EQ(observer.status(1), StepStatus::kHeld) << "31 samples";
+    EXPECT_NEAR(observer.staleness(1), 1.0F - std::exp(-0.02F / kStaleness_s), 1e-5F);
+  });
 }
 
 TEST(SlowOutputs, OfABatchAreThoseOfItsObservers) {

@@ -149,6 +149,57 @@ TEST(FailingSensors, RollOutAsTheyFly) {
   }
 }
 
+TEST(FailingSensors, ThatAreSlowRollOutAsTheyFly) {
+  constexpr int kEvery = 8;  // samples; late from the twelfth on
+  Dataset data = two_sensors(3);
+  data.outputs[0].period_s = kEvery * data.sample_period_s;
+  for (Trajectory& run : data.trajectories) {
+    run.missing.setConstant(2, run.samples(), false);
+    for (int k = 0; k < run.samples(); ++k)
+      if (k % kEvery != 0) {
+        run.missing(0, k) = true;
+        run.outputs(0, k) = run.outputs(0, k - 1);
+      }
+  }
+  Experiment experiment = failing_experiment("may_fail = [\"good\"]\nstaleness_s = 0.3\n");
+  const codegen::SensorFailures failures = structure_of(experiment.observer).failures(experiment, data);
+  const TrainingData training(data, failures);
+  EXPECT_EQ(training.not_due, std::vector<int>{kEvery - 1});
+  const ObserverStructure structure = make_structure(experiment, false, data.outputs, data.states, {}, 1);
+  ThreadPool pool(1);
+  const auto dynamics = structure.module->latent_dynamics(experiment, structure, training.steps_s, 1);
+  dynamics->prepare(initial_dynamics(structure, experiment).data());
+  std::vector<Segment> segments = whole_runs(training);
+  for (Segment& segment : segments) segment.outages = {{20 + 5 * segment.run, 110}};
+  segments.push_back({.run = 0, .start = 5, .length = 100});  // begins between two samples
+  Rollout rollout(training);
+  rollout.run(segments, *dynamics, {}, 1, Purpose::kValidationNoise, 0, pool);
+
+  const codegen::Model model =
+      train(failing_experiment("may_fail = [\"good\"]\nstaleness_s = 0.3\n", "dropout = 0.0\n"), data, data, {}).model;
+  EXPECT_EQ(model.outputs[0].period_s, kEvery * data.sample_period_s);
+  codegen::ReferenceObserver<double> observer(model);
+  const SegmentGroup& group = rollout.groups().front();
+  double stalest = 0.0;
+  for (std::size_t r = 0; r < data.trajectories.size(); ++r) {
+    Eigen::MatrixXd outputs = data.trajectories[r].measured();
+    for (int k = segments[r].outages[0].from; k < 110; ++k) outputs(0, k) = std::numeric_limits<double>::quiet_NaN();
+    const codegen::Run flown = observer.run(outputs, {}, data.trajectories[r].time_s, data.uniform);
+    for (int k = 0; k < 200; ++k) {
+      for (int j = 0; j < 3; ++j)
+        ASSERT_NEAR(group.readings[group.at(j, k) + r], flown.y(j, k), 1e-4) << r << " " << k << " " << j;
+      for (int row = 0; row < 2; ++row)
+        ASSERT_NEAR(group.latent[group.at(row, k) + r], flown.z(row, k), 1e-3) << r << " " << k << " " << row;
+      stalest = std::max(stalest, flown.y(2, k));
+    }
+  }
+  EXPECT_GT(stalest, 0.9) << "control: it is missing for long";
+  for (int k = 0; k < 100; ++k) {
+    ASSERT_NEAR(group.readings[group.at(0, k) + 6], data.trajectories[0].outputs(0, 5 + k), 1e-5) << k;
+    ASSERT_EQ(group.readings[group.at(2, k) + 6], 0.0F) << k << ": nothing is late";
+  }
+}
+
 TEST(FailingSensors, AreMissingInTheDeclaredShareOfTheSegments) {
   const Dataset data = two_sensors(1);
   Experiment experiment = failing_experiment("may_fail = [\"good\"]\n");

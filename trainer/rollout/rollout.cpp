@@ -6,6 +6,7 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "codegen/fold/fold.h"
 #include "trainer/base/noise_table.h"
 
 namespace nlo::trainer {
@@ -214,7 +215,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   clamp(group);
   if (!data_->failures.none()) lose_failing(index);
   compute(group);
-  if (!data_->failures.none()) fill_missing(group);
+  if (!data_->failures.none()) fill_missing(index);
 }
 
 /// Clamps as in flight (measurement.h).
@@ -251,21 +252,45 @@ void Rollout::compute(SegmentGroup& group) const {
   }
 }
 
-/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises.
-void Rollout::fill_missing(SegmentGroup& group) const {
+Rollout::LastArrival Rollout::last_arrival(const Segment& segment, std::size_t failing) const {
+  const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+  const auto row = static_cast<std::size_t>(data_->failures.outputs[failing]);
+  const float* y = run.readings.data() + row * static_cast<std::size_t>(run.samples);
+  const int most = codegen::most_missing(data_->not_due[failing]);
+  const float sign = segment.mirrored ? data_->mirror.of_reading(row) : 1.0F;
+  const bool out =
+      failing < segment.outages.size() && segment.outages[failing].from == 0 && segment.outages[failing].to > 0;
+  for (int age = 1; !out && age <= most && age <= segment.start; ++age)
+    if (!std::isnan(y[segment.start - age])) return {sign * y[segment.start - age], age - 1};
+  return {0.0F, most + 1};  // it has never arrived
+}
+
+/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises. A slow one holds its
+/// last value until it is late.
+void Rollout::fill_missing(int index) {
+  SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const codegen::SensorFailures& failures = data_->failures;
   for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
     float* y = group.readings.data() + group.at(failures.outputs[i], 0);
     float* stale = group.readings.data() + group.at(data_->given() + static_cast<int>(i), 0);
     const auto rest = static_cast<float>(failures.rest(static_cast<Eigen::Index>(i)));
+    const int not_due = data_->not_due[i], most = codegen::most_missing(not_due);
     for (int l = 0; l < kGroup; ++l) {
       float last_y = 0.0F, last_stale = 0.0F;
+      int age = 0;  // samples since a slow output arrived
+      if (not_due > 0) {
+        const LastArrival last = last_arrival(segment(index, std::min(l, group.lanes - 1)), i);
+        last_y = last.y;
+        age = last.age;
+      }
       for (int t = 0; t < group.length; ++t) {
         const int at = t * kGroup + l, before = at - kGroup;
         const std::size_t step = group.step_of.empty() || t == 0
                                      ? 0
                                      : static_cast<std::size_t>(group.step_of[static_cast<std::size_t>(before)]);
         const float keep = t == 0 ? 0.0F : data_->fading[step];
+        age = std::isnan(y[at]) ? age + 1 + (t == 0 ? 0 : data_->missed[step]) : 0;
+        if (not_due > 0 && age > 0 && age <= most) y[at] = last_y;
         const bool missing = std::isnan(y[at]);
         if (missing) y[at] = rest + keep * (last_y - rest);
         stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;

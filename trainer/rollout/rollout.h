@@ -64,7 +64,13 @@ class Rollout {
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
   void lose_failing(int index);
   void compute(SegmentGroup& group) const;
-  void fill_missing(SegmentGroup& group) const;
+  void fill_missing(int index);
+  /// The last value of a slow output that may fail before a segment, and the samples since then.
+  struct LastArrival {
+    float y = 0.0F;
+    int age = 0;
+  };
+  LastArrival last_arrival(const Segment& segment, std::size_t failing) const;
   void clamp(SegmentGroup& group) const;
 
   void add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise, const float* level,

@@ -64,15 +64,21 @@ void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& ra
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const auto& fails = data_->failures.outputs;
   const bool told = kind == OutageKind::kMissing && std::find(fails.begin(), fails.end(), row) != fails.end();
+  const auto failing = static_cast<std::size_t>(std::find(fails.begin(), fails.end(), row) - fails.begin());
+  const bool slow = failing < fails.size() && data_->not_due[failing] > 0;  // NaN between its samples
   const OutageOdds odds = outage_odds(rate);
   float* y = group.readings.data() + group.at(row, 0);
   for (int l = 0; l < kGroup; ++l) {
     bool out = false;
+    float last = y[l];  // of a slow output
     for (int t = 1; t < group.length; ++t) {
       const int at = t * kGroup + l;
       out = draws[static_cast<std::size_t>(at)] < static_cast<float>(out ? odds.goes_on : odds.begins);
+      if (slow && std::isnan(y[at])) continue;
+      if (!out) last = y[at];
       if (!out) continue;
-      y[at] = kind == OutageKind::kDead ? dead : told ? std::numeric_limits<float>::quiet_NaN() : y[at - kGroup];
+      const float before = slow ? last : y[at - kGroup];
+      y[at] = kind == OutageKind::kDead ? dead : told ? std::numeric_limits<float>::quiet_NaN() : before;
     }
   }
 }

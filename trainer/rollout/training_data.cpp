@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "codegen/fold/fold.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -117,7 +119,13 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     reading_low.push_back(turns ? -kInfinity : static_cast<float>(low(row)));
     reading_high.push_back(turns ? kInfinity : static_cast<float>(high(row)));
   }
-  for (const double step_s : steps_s) fading.push_back(static_cast<float>(std::exp(-step_s / failures.staleness_s)));
+  for (const double step_s : steps_s) {
+    const double periods = step_s / sample_period_s;
+    fading.push_back(static_cast<float>(std::exp(-step_s / failures.staleness_s)));
+    missed.push_back(periods > 1.5 ? static_cast<int>(std::lround(periods)) - 1 : 0);
+  }
+  const std::vector<int> period = codegen::not_due(dataset.outputs, dataset.inputs_read(), sample_period_s);
+  for (const int output : failures.outputs) not_due.push_back(period[static_cast<std::size_t>(output)]);
 }
 
 std::vector<Segment> whole_runs(const TrainingData& data) {

@@ -45,6 +45,8 @@ struct TrainingData {
   codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
   codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
+  std::vector<int> missed;            ///< samples that each of steps_s has missed, as in flight
+  std::vector<int> not_due;           ///< for each of failures.outputs: samples for which it is not due (fold.h)
   std::vector<float> reading_low, reading_high;  ///< range of given readings and their mirror images, without noise;
                                                  ///< infinite for angles
   Mirror mirror;

@@ -61,11 +61,6 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
       fail(fmt::format("names \"{}\", which is computed; name what it is computed of", names[i]));
     if (channels.output_channels[output].wrap > 0.0)
       fail(fmt::format("names the angle \"{}\", and what wraps has no place to fade to; leave it out", names[i]));
-    if (channels.output_channels[output].period_s > 0.0)
-      fail(fmt::format(
-          "names \"{}\", which has a period_s and is held between its samples, while one of may_fail fades: leave one "
-          "out",
-          names[i]));
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }

@@ -82,6 +82,22 @@ constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) 
   return static_cast<ChannelHealth>(clamped * (count << 2U | kClampedBit) + (1U - clamped) * held);
 }
 
+/// Returns the health of a slow output that may fail (sensor_failures.h) after `missed` samples and one more that did
+/// not bring it. It counts the samples since its last one. A clamped value is in use until the output is late.
+constexpr ChannelHealth absent_health(ChannelHealth last, int missed, std::uint32_t not_due) {
+  const ChannelHealth next = counted_on(last, static_cast<std::uint32_t>(missed) + 1, kHeldBit | (last & kClampedBit));
+  const bool late = (next >> 2U) > most_missing(not_due);
+  return static_cast<ChannelHealth>(next & ~(static_cast<std::uint32_t>(late) * kClampedBit));
+}
+
+/// Returns the health of such an output as its status counts it: kOk until it is late, then kHeld, never kStale.
+constexpr ChannelHealth due_health_of_failing(ChannelHealth health, std::uint32_t not_due) {
+  const std::uint32_t clamped = health >> 1U & 1U;
+  const ChannelHealth due = due_health(static_cast<ChannelHealth>(health & ~std::uint32_t{kClampedBit}), not_due);
+  const auto held = static_cast<ChannelHealth>(due == 0 ? 0 : kHeldOnce);
+  return static_cast<ChannelHealth>(clamped * (1U << 2U | kClampedBit) + (1U - clamped) * held);
+}
+
 /// Returns the health of a slow output after a sample. It keeps kClampedBit while the clamped value is in use.
 template <Arithmetic kArithmetic>
 constexpr ChannelHealth next_slow_health(ChannelHealth last, bool good, bool clamped, std::uint32_t not_due) {

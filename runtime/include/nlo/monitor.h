@@ -14,6 +14,9 @@
 //   b_i <- b_i + a (|x_hat_i - row_i [z - S y; y] - c_i| / deviation_i - b_i)      over the second window, or the first
 //                                                                                  the disagreement of state i
 //
+// A slow output (measurement.h) has an innovation when it arrives. Between its samples it keeps its last innovation and
+// is not missing. It is missing once it is late by half its period. Its r is not watched and stays 0.
+//
 // Alarm while one of p / max(v, least_variance), v, |r|, d, q, b is above its limit. Limits come from runs or logs like
 // those of the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as
 // kLargestInnovation at most, so that one outlier raises no alarm.
@@ -111,8 +114,9 @@ class Monitor {
     state_.gated = 1;
     for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
-      own.missing = !is_finite(y[j]);
-      if (own.missing == 1) continue;
+      const bool given = is_finite(y[j]);
+      own.missing = !given && !is_slow<Observer>(j);  // watch() judges whether a slow output is late
+      if (!given) continue;
       count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
       if (first) continue;
       bool rejects = false;
@@ -129,7 +133,8 @@ class Monitor {
     }
     for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed from outputs that may be missing
       state_.outputs[j].missing = 0;
-      for (const Scalar measured : y) state_.outputs[j].missing |= static_cast<std::uint8_t>(!is_finite(measured));
+      for (const Scalar measured : y)
+        if (!is_slow<Observer>(j)) state_.outputs[j].missing |= static_cast<std::uint8_t>(!is_finite(measured));
     }
     return y;
   }
@@ -165,14 +170,16 @@ class Monitor {
     for (int j = 0; j < kNy; ++j) {
       OutputState& own = state_.outputs[j];
       const StepStatus status = observer.status(j);
+      const bool arrived = !is_slow<Observer>(j) || has_arrived(observer, j);
       if (state_.gated != 1) {
         own.missing = 0;
-        if (status < StepStatus::kHeld) count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
+        if (status < StepStatus::kHeld && arrived) count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
       }
       if (status >= StepStatus::kHeld || own.equal == kFrozen) own.missing = 1;
       stale = stale || status >= StepStatus::kStale;
       if (state_.samples > 0 && own.missing == 0)
-        update_averages(own, innovation(j, y[j], observer.model().outputs.wrap[j]));
+        update_averages(own, arrived ? innovation(j, y[j], observer.model().outputs.wrap[j]) : own.last,
+                        is_slow<Observer>(j));
     }
     state_.gated = 0;
     update_place(z);
@@ -220,6 +227,18 @@ class Monitor {
   [[nodiscard]] constexpr Scalar level() const { return state_.level; }
 
  private:
+  /// Returns true if output j has a period of its own.
+  template <class Observer>
+  static constexpr bool is_slow([[maybe_unused]] int j) {
+    if constexpr (requires { Observer::kSlow; }) return Observer::kSlow && not_due<typename Observer::Model>(j) > 0;
+    return false;
+  }
+  template <class Observer>
+  static constexpr bool has_arrived([[maybe_unused]] const Observer& observer, [[maybe_unused]] int j) {
+    if constexpr (requires { observer.has_arrived(j); }) return observer.has_arrived(j);
+    return true;
+  }
+
   static constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
   static constexpr std::uint16_t kFrozen = 65535;
   // An average stays within the values that it averages, but for rounding.
@@ -288,7 +307,7 @@ class Monitor {
     return limited(multiply_add(change, model_->per_deviation[j], -own.predicted) / size, kFar);
   }
 
-  constexpr void update_averages(OutputState& own, Scalar innovation) {
+  constexpr void update_averages(OutputState& own, Scalar innovation, bool slow) {
     const Scalar e = limited(innovation, Scalar(kLargestInnovation));
     for (int w = 0; w < Model::kWindows; ++w) {
       Window& window = own.windows[w];
@@ -297,7 +316,8 @@ class Monitor {
       window.power = multiply_add(model_->gain[Model::kWindows - 1],
                                   multiply_add(window.mean, window.mean, -window.power), window.power);
       window.variance = multiply_add(gain, multiply_add(e, e, -window.variance), window.variance);
-      window.correlation = multiply_add(gain, multiply_add(e, own.last, -window.correlation), window.correlation);
+      if (!slow)
+        window.correlation = multiply_add(gain, multiply_add(e, own.last, -window.correlation), window.correlation);
     }
     own.last = e;
   }

@@ -152,6 +152,12 @@ class ObserverCore {
     return status_of<kArithmetic>(counted_health(at), model_->stale_after);
   }
 
+  /// Returns true if output j arrived in the latest step, and for an output without a period of its own. A slow output
+  /// does not arrive between its samples, when its status is kOk, too.
+  [[nodiscard]] constexpr bool has_arrived(int output) const {
+    return !is_slow(output) || (state_.health[output] & kHeldBit) == 0;
+  }
+
   /// Returns true if z is within the range of the training and no reading is clamped. Otherwise estimate()
   /// extrapolates.
   [[nodiscard]] constexpr bool in_domain() const {
@@ -250,7 +256,12 @@ class ObserverCore {
   State state_{};
 
  private:
-  using Missing = Vector<bool, kNf == 0 ? 1 : kNf>;
+  static constexpr int kFailing = kNf == 0 ? 1 : kNf;
+  /// Outputs that may fail, in a sample.
+  struct Missing {
+    Vector<bool, kFailing> missing{};
+    Vector<ChannelHealth, kSlow ? kFailing : 1> absent{};  ///< health of a slow output; 0: it arrived
+  };
 
   /// Replaces missing outputs (sensor_failures.h). Returns which ones were missing.
   template <bool kRegular>
@@ -259,7 +270,21 @@ class ObserverCore {
       return {};
     } else {
       const Scalar k = kRegular ? model_->failures.keep : model_->failures.keep_over(dt_s);
-      return model_->failures.template fill<kArithmetic>(y, state_.y, select<kArithmetic>(started, k, Scalar(0)));
+      Missing sample;
+      if constexpr (kSlow) {  // a slow output that is not late holds its last value
+        const int missed = kRegular || !started ? 0 : missed_samples(dt_s, model_->sample_period_s);
+        for (int i = 0; i < kNf; ++i) {
+          const int j = model_->failures.output[i];
+          if (!is_slow(j)) continue;
+          const ChannelHealth absent = absent_health(state_.health[j], missed, not_due<Model>(j));
+          const bool given = is_finite(y[j]), late = (absent >> 2U) > most_missing(not_due<Model>(j));
+          sample.absent[i] = select<kArithmetic>(given, ChannelHealth{0}, absent);
+          y[j] = select<kArithmetic>(given | late, y[j], state_.y[j]);
+        }
+      }
+      sample.missing =
+          model_->failures.template fill<kArithmetic>(y, state_.y, select<kArithmetic>(started, k, Scalar(0)));
+      return sample;
     }
   }
 
@@ -290,11 +315,18 @@ class ObserverCore {
 
   /// Sets the status of a sample: the worst of its channels. An output declared as may_fail reports kHeld while it is
   /// missing, and never counts towards kStale.
-  NLO_INLINE constexpr void update_status(const Missing& missing) {
+  NLO_INLINE constexpr void update_status(const Missing& sample) {
     if constexpr (kNf > 0) {
       for (int i = 0; i < kNf; ++i) {
-        ChannelHealth& health = state_.health[model_->failures.output[i]];
-        health = select<kArithmetic>(!missing[i], health, kHeldOnce);
+        const int j = model_->failures.output[i];
+        ChannelHealth& health = state_.health[j];
+        if (is_slow(j)) {
+          const auto clamped = static_cast<ChannelHealth>(1U << 2U | (health & 3U));
+          const ChannelHealth arrived = select<kArithmetic>((health & kClampedBit) == 0, health, clamped);
+          health = select<kArithmetic>(sample.absent[i] == 0, arrived, sample.absent[i]);
+        } else {
+          health = select<kArithmetic>(!sample.missing[i], health, kHeldOnce);
+        }
       }
     }
     if constexpr (!kConstantTime<kArithmetic>) {
@@ -315,6 +347,11 @@ class ObserverCore {
 
   /// Health of channel i as its status counts it.
   constexpr ChannelHealth counted_health(int i) const {
+    if constexpr (kSlow && kNf > 0) {
+      for (int f = 0; f < kNf; ++f)
+        if (is_slow(i) && model_->failures.output[f] == i)
+          return due_health_of_failing(state_.health[i], not_due<Model>(i));
+    }
     return is_slow(i) ? due_health(state_.health[i], not_due<Model>(i)) : state_.health[i];
   }
 

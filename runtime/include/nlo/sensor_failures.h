@@ -3,6 +3,8 @@
 // decays from the last good one to its mean in training. T* reads its staleness s beside the other readings:
 //   missing    y <- rest + k (y - rest),  s <- 1 - k (1 - s)
 //   measured                              s <- k s              k = exp(-dt / staleness_s)
+// A slow output (measurement.h) is not missing between its samples: it holds its last value. It is missing once it is
+// late by half its period.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"

@@ -42,13 +42,15 @@ double uniform01(std::mt19937_64& engine) {
 }
 
 /// The run with output j failing from sample `first` on.
-FlownRun with_fault(FlownRun run, Fault fault, Index j, Index first, double deviation, std::size_t number) {
+/// `slow`: the output has a period of its own, and sends nothing between its samples.
+FlownRun with_fault(FlownRun run, Fault fault, Index j, bool slow, Index first, double deviation, std::size_t number) {
   double last = 0.0;
   for (Index k = 0; k < first; ++k)
     if (std::isfinite(run.outputs(j, k))) last = run.outputs(j, k);
   std::mt19937_64 engine(0x6661756cULL + number);
   for (Index k = first; k < run.samples(); ++k) {
     double& y = run.outputs(j, k);
+    if (slow && !std::isfinite(y)) continue;
     switch (fault) {
       case Fault::kDead:
         y = std::numeric_limits<double>::quiet_NaN();
@@ -109,11 +111,13 @@ std::vector<FaultRow> try_faults(const codegen::Model& model, const codegen::Mon
   });
   for (Index j = 0; j < model.measured(); ++j)
     for (const Fault fault : kFaults) {
+      const bool slow = model.outputs[static_cast<std::size_t>(j)].period_s > 0.0;
       std::vector<Outcome> outcomes(flights);
       pool.run(static_cast<int>(flights), [&](int index, int) {
         const auto i = static_cast<std::size_t>(index);
         const Index first = begins(i);
-        const codegen::WatchedRun watched = fly(model, monitor, with_fault(run_of(i), fault, j, first, outputs(j), i));
+        const codegen::WatchedRun watched =
+            fly(model, monitor, with_fault(run_of(i), fault, j, slow, first, outputs(j), i));
         Outcome& outcome = outcomes[i];
         outcome.sound = sound[i];
         outcome.faulty = error_sum(model, run_of(i), watched.run.x_hat, states, first);

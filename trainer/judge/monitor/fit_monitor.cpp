@@ -12,6 +12,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/linear_algebra.h"
+#include "codegen/fold/fold.h"
 #include "codegen/replay/reference_monitor.h"
 #include "trainer/base/parallel.h"
 #include "trainer/judge/evaluation/evaluate.h"
@@ -38,20 +39,32 @@ constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
 constexpr double kMostMissing = 0.95, kSeenMissing = 0.93;
 
 /// Training pairs of one run for the prediction: the features of each sample but the last, and the change of y that
-/// follows. Samples whose outputs did not arrive are left out.
+/// follows. Samples whose outputs did not arrive are left out, but not those at which a slow output is not due.
 struct Steps {
   MatrixXd features, changes, x_hat;
-  Index armed = 0;  // from this column on the observer has settled
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> arrived = {};  ///< n_y x samples
+  Index armed = 0;                                                  // from this column on the observer has settled
 };
 
 Steps steps_of(const codegen::Model& model, const codegen::Run& run, const MatrixXd& measured, Index armed_after) {
   const MatrixXd features = codegen::monitor_features(model, run);
   Steps steps{MatrixXd(features.rows(), features.cols()), MatrixXd(model.ny(), features.cols()),
               MatrixXd(model.nx(), features.cols())};
+  steps.arrived.setConstant(model.ny(), features.cols(), true);
+  const std::vector<int> period = codegen::not_due(model);
+  const auto due = [&](Index k) {
+    for (Index j = 0; j < model.measured(); ++j)
+      if (period[static_cast<std::size_t>(j)] == 0 && !std::isfinite(measured(j, k))) return false;
+    return true;
+  };
   Index used = 0;
   for (Index k = 1; k < features.cols(); ++k) {
     if (k <= armed_after) steps.armed = used;
-    if (!measured.col(k).allFinite() || !measured.col(k - 1).allFinite()) continue;
+    if (!due(k) || !due(k - 1)) continue;
+    for (Index j = 0; j < model.ny(); ++j)
+      if (period[static_cast<std::size_t>(j)] > 0)
+        steps.arrived(j, used) =
+            j < model.measured() ? std::isfinite(measured(j, k)) : measured.col(k).head(model.measured()).allFinite();
     steps.features.col(used) = features.col(k - 1);
     steps.x_hat.col(used) = run.x_hat.col(k - 1);
     steps.changes.col(used++) = run.y.col(k).head(model.ny()) - run.y.col(k - 1).head(model.ny());
@@ -59,7 +72,28 @@ Steps steps_of(const codegen::Model& model, const codegen::Run& run, const Matri
   steps.features.conservativeResize(Eigen::NoChange, used);
   steps.changes.conservativeResize(Eigen::NoChange, used);
   steps.x_hat.conservativeResize(Eigen::NoChange, used);
+  steps.arrived.conservativeResize(Eigen::NoChange, used);
   return steps;
+}
+
+/// The steps at whose end output j arrived, with its changes alone.
+std::vector<Steps> arrivals_of(const std::vector<Steps>& all, Index j) {
+  std::vector<Steps> own;
+  for (const Steps& steps : all) {
+    std::vector<Index> columns;
+    Index armed = 0;
+    for (Index k = 0; k < steps.changes.cols(); ++k) {
+      if (k == steps.armed) armed = static_cast<Index>(columns.size());
+      if (steps.arrived(j, k)) columns.push_back(k);
+    }
+    if (steps.armed >= steps.changes.cols()) armed = static_cast<Index>(columns.size());
+    own.push_back({steps.features(Eigen::all, columns),
+                   steps.changes(std::vector<Index>{j}, columns),
+                   steps.x_hat(Eigen::all, columns),
+                   {},
+                   armed});
+  }
+  return own;
 }
 
 /// targets = slope features + offset, by ridge regression with so small a weight that it only decides between equal
@@ -97,12 +131,17 @@ LinearFit fit_linear(const std::vector<Steps>& all, const Features& features_of,
   return fit;
 }
 
-void fit_prediction(Monitor& monitor, const std::vector<Steps>& all) {
-  LinearFit fit = fit_linear(
-      all, [](const Steps& steps) -> const MatrixXd& { return steps.features; },
-      [](const Steps& steps) -> const MatrixXd& { return steps.changes; });
+void fit_prediction(Monitor& monitor, const std::vector<Steps>& all, const std::vector<Index>& slow) {
+  const auto features = [](const Steps& steps) -> const MatrixXd& { return steps.features; };
+  const auto changes = [](const Steps& steps) -> const MatrixXd& { return steps.changes; };
+  LinearFit fit = fit_linear(all, features, changes);
   monitor.prediction = std::move(fit.slope);
   monitor.offset = std::move(fit.offset);
+  for (const Index j : slow) {
+    const LinearFit own = fit_linear(arrivals_of(all, j), features, changes);
+    monitor.prediction.row(j) = own.slope;
+    monitor.offset(j) = own.offset(0);
+  }
 }
 
 /// The linear fit of T* once it has settled. A T* that is linear itself, and an angle that turns, are not compared.
@@ -146,18 +185,23 @@ Eigen::RowVectorXd places(const Monitor& monitor, const MatrixXd& features) {
   return off.cwiseAbs().colwise().mean().cwiseMin(kLargestInnovation);
 }
 
-/// Deviations of innovations and how they grow with the distance of z, then the gate beyond the training's sensors.
-void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codegen::Model& model) {
+/// Innovations of some outputs: their mean squares, how they grow with the distance of z, and the settled ones.
+struct Innovations {
+  VectorXd squares, motion;
+  std::vector<MatrixXd> sized;  ///< over 1 + motion place, of each run
+};
+Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, const VectorXd& offset,
+                           const std::vector<Steps>& all) {
   const auto settled = [](const Steps& steps) { return steps.changes.cols() - steps.armed; };
   const auto innovations = [&](const Steps& steps) -> MatrixXd {
-    return (steps.changes.rightCols(settled(steps)) - monitor.prediction * steps.features.rightCols(settled(steps)))
-               .colwise() -
-           monitor.offset;
+    return (steps.changes.rightCols(settled(steps)) - prediction * steps.features.rightCols(settled(steps))).colwise() -
+           offset;
   };
+  const Index ny = offset.size();
   const auto place = [&](const Steps& steps) { return places(monitor, steps.features.rightCols(settled(steps))); };
   // E |innovation| = a + b place, by least squares.
   double count = 0.0, sum_place = 0.0, square_place = 0.0;
-  VectorXd sum = VectorXd::Zero(model.ny()), mixed = VectorXd::Zero(model.ny());
+  VectorXd sum = VectorXd::Zero(ny), mixed = VectorXd::Zero(ny);
   for (const Steps& steps : all) {
     const MatrixXd size = innovations(steps).cwiseAbs();
     const Eigen::RowVectorXd at = place(steps);
@@ -169,25 +213,48 @@ void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codeg
   }
   const double spread = square_place - sum_place * sum_place / count;
   constexpr double kLeastBase = 0.1;  // share of the mean size; innovations are not zero at the mean of z
-  for (Index j = 0; j < model.ny(); ++j) {
+  Innovations found{VectorXd::Zero(ny), VectorXd::Zero(ny), {}};
+  for (Index j = 0; j < ny; ++j) {
     const double slope = spread > 0.0 ? std::max(0.0, (mixed(j) - sum(j) * sum_place / count) / spread) : 0.0;
     const double base = std::max(sum(j) / count - slope * sum_place / count, kLeastBase * sum(j) / count);
-    monitor.motion(j) = base > 0.0 ? std::min(slope / base, 1.0 / kLeastBase) : 0.0;
+    found.motion(j) = base > 0.0 ? std::min(slope / base, 1.0 / kLeastBase) : 0.0;
   }
-  const auto sized = [&](const Steps& steps) -> MatrixXd {
+  for (const Steps& steps : all) {
     MatrixXd e = innovations(steps);
     const Eigen::RowVectorXd at = place(steps);
-    for (Index j = 0; j < e.rows(); ++j) e.row(j).array() /= 1.0 + monitor.motion(j) * at.array();
-    return e;
-  };
-  VectorXd squares = VectorXd::Zero(model.ny());
-  for (const Steps& steps : all) squares += sized(steps).rowwise().squaredNorm();
-  const VectorXd least = 1e-9 * (model.output_max - model.output_min);
-  monitor.deviation = (squares / count).cwiseSqrt().cwiseMax(least);
+    for (Index j = 0; j < e.rows(); ++j) e.row(j).array() /= 1.0 + found.motion(j) * at.array();
+    found.squares += e.rowwise().squaredNorm();
+    found.sized.push_back(std::move(e));
+  }
+  found.squares /= count;
+  return found;
+}
+
+/// Deviations of innovations and how they grow with the distance of z, then the gate beyond the training's sensors.
+void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codegen::Model& model,
+                    const std::vector<Index>& slow) {
+  Innovations found = innovations_of(monitor, monitor.prediction, monitor.offset, all);
   std::vector<double> sizes;
-  for (const Steps& steps : all) {
-    const MatrixXd scaled = monitor.deviation.cwiseInverse().asDiagonal() * sized(steps);
-    for (const double e : scaled.reshaped()) sizes.push_back(std::abs(e));
+  const VectorXd least = 1e-9 * (model.output_max - model.output_min);
+  const auto deviations = [](const VectorXd& squares, const VectorXd& smallest) -> VectorXd {
+    return squares.cwiseSqrt().cwiseMax(smallest);
+  };
+  const auto add_sizes = [&](const Innovations& of, Index row, double deviation) {
+    for (const MatrixXd& e : of.sized)
+      for (const double each : e.row(row)) sizes.push_back(std::abs(each * (1.0 / deviation)));
+  };
+  monitor.deviation = deviations(found.squares, least);
+  monitor.motion = found.motion;
+  for (Index j = 0; j < model.ny(); ++j) {
+    if (std::ranges::find(slow, j) == slow.end()) {
+      add_sizes(found, j, monitor.deviation(j));
+      continue;
+    }
+    const Innovations own =
+        innovations_of(monitor, monitor.prediction.row(j), monitor.offset.segment(j, 1), arrivals_of(all, j));
+    monitor.deviation(j) = deviations(own.squares, least.segment(j, 1))(0);
+    monitor.motion(j) = own.motion(0);
+    add_sizes(own, 0, monitor.deviation(j));
   }
   const auto at = static_cast<std::ptrdiff_t>(kGateQuantile * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
@@ -343,9 +410,13 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
                       : fit.time_s[i];
     steps.push_back(steps_of(model, observer(fit.outputs[i], fit.inputs[i], time), fit.outputs[i], armed));
   }
-  fit_prediction(monitor, steps);
+  std::vector<Index> slow;
+  const std::vector<int> period = codegen::not_due(model);
+  for (Index j = 0; j < ny; ++j)
+    if (period[static_cast<std::size_t>(j)] > 0) slow.push_back(j);
+  fit_prediction(monitor, steps, slow);
   fit_place(monitor, model, steps);
-  fit_innovation(monitor, steps, model);
+  fit_innovation(monitor, steps, model, slow);
   fit_row(monitor, model, steps);
   steps.clear();
   clear_limits(monitor, ny);

@@ -37,6 +37,8 @@ SensedRuns sensed_runs(const Dataset& logs) {
   SensedRuns runs;
   for (const Trajectory& run : logs.trajectories) {
     runs.outputs.push_back(run.outputs);
+    for (Eigen::Index j = 0; run.missing.size() != 0 && j < run.outputs.rows(); ++j)  // a slow output is not due
+      if (logs.outputs[static_cast<std::size_t>(j)].period_s > 0.0) runs.outputs.back().row(j) = run.measured().row(j);
     runs.inputs.push_back(run.inputs);
     if (!logs.uniform) runs.time_s.push_back(run.time_s);
   }
