@@ -186,7 +186,7 @@ TEST(SlowOutputs, AWarmStartUsesTheLastSampleAndNeedsOne) {
 }
 
 using MayFail = KklModel<float, 2, 2, 2, 0, decltype(testing::identity_map<float, 2>()), 0, Hold::kZeroOrder, 1>;
-constexpr float kRest = 3.0F, kStaleness_s = 0.1F;
+constexpr float kSlowRest = 3.0F, kSlowStaleness_s = 0.1F;
 /// The slow output may fail, too, and rests at 3.
 struct SlowMayFail : MayFail {
   static constexpr std::uint16_t kNotDue[kNr] = {0, kSlowPeriod - 1, 0};
@@ -195,7 +195,7 @@ struct SlowMayFail : MayFail {
 SlowMayFail slow_model_that_may_fail() {
   SlowMayFail m = model_of<SlowMayFail>();
   m.outputs.max[2] = 1.0F;
-  m.failures = {{1}, {kRest}, 1.0F / kStaleness_s, std::exp(-0.01F / kStaleness_s)};
+  m.failures = {{1}, {kSlowRest}, 1.0F / kSlowStaleness_s, std::exp(-0.01F / kSlowStaleness_s)};
   return m;
 }
 const SlowMayFail kSlowMayFail = slow_model_that_may_fail();
@@ -220,8 +220,8 @@ TEST(SlowOutputsThatMayFail, HoldTheirValueUntilTheyAreLateAndThenFadeByTheClose
       const StepStatus status = observer.step({{1.0F, kNoSample}});
       ASSERT_EQ(status, since < kFirstLate ? StepStatus::kOk : StepStatus::kHeld) << since << ": never stale";
       ASSERT_EQ(observer.status(1), status);
-      const float left = std::exp(-0.01F / kStaleness_s * static_cast<float>(std::max(0, since - kFirstLate + 1)));
-      ASSERT_NEAR(observer.save().y[1], kRest + left * (-2.0F - kRest), 1e-5F) << since;
+      const float left = std::exp(-0.01F / kSlowStaleness_s * static_cast<float>(std::max(0, since - kFirstLate + 1)));
+      ASSERT_NEAR(observer.save().y[1], kSlowRest + left * (-2.0F - kSlowRest), 1e-5F) << since;
       ASSERT_NEAR(observer.staleness(1), 1.0F - left, 1e-5F) << since;
     }
     EXPECT_EQ(observer.step({{1.0F, 4.0F}}), StepStatus::kOk) << "one sample ends it";
@@ -235,7 +235,7 @@ TEST(SlowOutputsThatMayFail, StartTheObserverWithoutThem) {
   each_policy_that_may_fail([](auto observer) {
     EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld);
     EXPECT_EQ(observer.save().started, 1);
-    EXPECT_EQ(observer.save().y[1], kRest);
+    EXPECT_EQ(observer.save().y[1], kSlowRest);
     EXPECT_EQ(observer.step({{1.0F, 2.0F}}), StepStatus::kOk);
     EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kOk);
     EXPECT_EQ(observer.save().y[1], 2.0F);
@@ -251,7 +251,7 @@ TEST(SlowOutputsThatMayFail, FadeAfterAClampedValueToo) {
     for (int since = kSlowPeriod; since < kSlowPeriod * 3 / 2; ++since)
       ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kClamped) << since;
     for (int k = 0; k < 100; ++k) ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld) << k;
-    EXPECT_NEAR(observer.save().y[1], kRest, 0.01F);
+    EXPECT_NEAR(observer.save().y[1], kSlowRest, 0.01F);
   });
 }
 
@@ -263,7 +263,7 @@ TEST(SlowOutputsThatMayFail, CountTheSamplesThatAStepOverAGapHasMissed) {
     EXPECT_EQ(observer.save().y[1], -2.0F);
     (void)observer.step({{1.0F, kNoSample}}, 0.02F);
     EXPECT_EQ(observer.status(1), StepStatus::kHeld) << "31 samples";
-    EXPECT_NEAR(observer.staleness(1), 1.0F - std::exp(-0.02F / kStaleness_s), 1e-5F);
+    EXPECT_NEAR(observer.staleness(1), 1.0F - std::exp(-0.02F / kSlowStaleness_s), 1e-5F);
   });
 }
 
