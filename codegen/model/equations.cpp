@@ -5,6 +5,7 @@
 
 #include "codegen/base/fail.h"
 #include "codegen/model/expression_derivative.h"
+#include "codegen/model/field_checks.h"
 
 namespace nlo::codegen {
 
@@ -82,6 +83,39 @@ int Equations::count(int (Expression::*of)() const) const {
   add(derivative_, 4);
   add(output_, 1);
   return total;
+}
+
+void check_bounded(const Equations& equations, std::vector<Interval> x, const std::vector<Interval>& u,
+                   double sample_period_s) {
+  constexpr double kLongestPiece = 1.5;  // sample periods
+  const auto check = [](Interval of, const char* what, std::size_t i) {
+    if (!of.bounded())
+      fail(
+          "equations.{}[{}] has no bound where state_min and state_max keep x: it may divide by 0, or ask a function "
+          "where it has no value; write each divisor so that sums and products of the ranges of its terms do not reach "
+          "0: a - b*c^2, not (a + b + c)*b - (b + c)^2",
+          what, i);
+    if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))
+      fail(
+          "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
+          what, i, of.low, of.high, kLargestNumber);
+  };
+  // Behind the outputs are their slopes, behind f the change of the covariance.
+  const auto check_all = [&](const std::vector<Interval>& all, const char* first, int count, const char* others) {
+    const auto n = static_cast<std::size_t>(count);
+    for (std::size_t i = 0; i < all.size(); ++i) i < n ? check(all[i], first, i) : check(all[i], others, i - n);
+  };
+  std::vector<Interval> y(static_cast<std::size_t>(equations.ny() * (1 + equations.nx())));
+  equations.output(x.data(), y.data());
+  check_all(y, "outputs", equations.ny(), "slopes");
+  std::vector<Interval> slope(x.size());
+  equations.derivative(x.data(), u.data(), slope.data());
+  check_all(slope, "derivative", equations.nx(), "covariance");
+  equations.step(x.data(), Interval(0.0, kLongestPiece * sample_period_s),
+                 [&](double, Interval* to) { std::ranges::copy(u, to); });
+  for (Interval& next : x)
+    if (!next.bounded()) next = Interval(0.0);
+  check_all(x, "derivative", equations.nx(), "covariance");
 }
 
 }  // namespace nlo::codegen

@@ -142,4 +142,12 @@ class Equations {
   std::vector<double> parameters_;
 };
 
+/// Checks that from any x and u of the region, y, dx/dt, their slopes and a piece of a step of RK4 stay far from the
+/// largest number of float32. Beyond the region the values at RK4's middle points may have no bound, for quotients and
+/// functions. In flight such a value is not a number, and the observer resets.
+///   x  carried() intervals, where [x; p] is kept;  u  n_u intervals
+/// Throws Error with the equation and the remedy.
+void check_bounded(const Equations& equations, std::vector<Interval> x, const std::vector<Interval>& u,
+                   double sample_period_s);
+
 }  // namespace nlo::codegen

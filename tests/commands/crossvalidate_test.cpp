@@ -169,6 +169,48 @@ TEST_F(Identify, PrintsTablesAndWritesTheSameAgain) {
   EXPECT_EQ(scratch_.read("out/identified.json"), written);
 }
 
+TEST_F(Identify, WritesAnExperimentWithAPriorThatTrainsAtOnce) {
+  const ProgramResult found = run({"--no-filters"});
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_THAT(found.out, HasSubstr("nlo train out/prior.toml --data " + kPendulumFolder));
+  EXPECT_THAT(scratch_.read("out/prior.toml"), HasSubstr("structure = \"prior\""));
+  scratch_.ok({"train", "out/prior.toml", "--data", kPendulumFolder, "-q", "-o", "trained", "--set", "training.steps=0",
+               "--set", "inverse_map.readout=network"});
+  const auto errors = nlohmann::json::parse(
+      scratch_.run({"evaluate", "trained/model.json", "--data", kPendulumFolder + "/test.csv", "--json"}).out);
+  const nlohmann::json& rate = errors.at(0).at("per_state").at(2);
+  ASSERT_EQ(rate.at("name"), "rate") << "behind the sine and the cosine of the angle";
+  const auto observer = rate.at("rmse").at("all").get<double>();
+  EXPECT_LT(observer, 0.7 * rate.at("against").at("polynomial").at("all").get<double>()) << "a tuned Kalman filter";
+}
+
+TEST_F(Identify, KeepsAnExperimentThatAUserHasEdited) {
+  scratch_.write("out/prior.toml", "# mine");
+  const ProgramResult kept = run({"--no-filters"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.err;
+  EXPECT_THAT(kept.out, HasSubstr("kept: out/prior.toml has another text; --force replaces it"));
+  EXPECT_EQ(scratch_.read("out/prior.toml"), "# mine");
+}
+
+TEST_F(Identify, SaysWhyAPlantHasNoObserverWithAPrior) {
+  const auto reason = [&](std::vector<std::string> changes) {
+    changes.insert(changes.begin(), "--no-filters");
+    const ProgramResult result = run(changes);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_FALSE(scratch_.has("out/prior.toml"));
+    return result.out;
+  };
+  // "bend" is in no column; 1 - rate^2 / 400 is 0 within the range of the rate.
+  EXPECT_THAT(reason({"--set", "plant.states=[\"angle\", \"rate\", \"bend\"]", "--set",
+                      "plant.derivative=[\"rate\", \"-w2 * sin(angle) - c * rate + bend\", \"-bend\"]", "--set",
+                      "identify.initial_state=[0.0, 0.0, 0.0]", "--set", "identify.initial_deviation=[1.0, 10.0, 0.1]",
+                      "--set", "identify.process_noise=[0.001, 0.1, 0.1]"}),
+              HasSubstr("no experiment with structure = \"prior\": no column of the logs holds the state \"bend\""));
+  EXPECT_THAT(reason({"--set", "plant.derivative=[\"rate\", \"-w2 * sin(angle) / (2 + cos(angle) - 1.1) - c * rate\"]",
+                      "--set", "identify.iterations=1"}),
+              HasSubstr("equations.derivative[2] has no bound"));
+}
+
 TEST_F(Identify, DoesNotReplaceFilesOfOthers) {
   scratch_.write("out/identified.json", "{\"identification\": \"other\"}");
   const ProgramResult refused = run({"--no-filters"});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "trainer/structures/moments.h"
 
@@ -157,6 +158,14 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
       own.low.push_back((i == j ? kLeast : -kMost) * product);
       own.high.push_back(kMost * product);
     }
+  // Otherwise the trained model would be refused.
+  std::vector<codegen::Interval> x, u;
+  for (std::size_t i = 0; i < own.low.size(); ++i) x.emplace_back(own.low[i], own.high[i]);
+  for (std::size_t j = 0; j < static_cast<std::size_t>(own.inputs); ++j) {
+    const Range& input = readings[static_cast<std::size_t>(ny) + j];
+    u.emplace_back(input.low, input.high);
+  }
+  codegen::check_bounded(own.equations, std::move(x), u, own.period_s);
 }
 
 }  // namespace nlo::trainer

@@ -17,6 +17,7 @@ namespace nlo::trainer {
 ///   start         mean and variance of x where segments begin: at the first samples if these are all `whole_runs`,
 ///                 and there are 16 runs at least; else at any sample. At least 1 % of the variance at any sample, so
 ///                 that a filter that starts again in flight finds the state.
+/// Throws codegen::Error if the equations have no bound within the range (codegen::check_bounded).
 void start_prior(PriorSetting& own, const TrainingData& data);
 
 }  // namespace nlo::trainer

@@ -52,6 +52,13 @@ void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, 
   structure.module->normalise_dynamics(structure, data, pool);
 }
 
+void check_start(const Experiment& experiment, const Dataset& training) {
+  ObserverStructure structure =
+      make_structure(experiment, false, training.outputs, training.states, training.inputs_read());
+  ThreadPool pool(1);
+  normalise_dynamics(structure, TrainingData(training), pool);
+}
+
 bool latent_system_learns(const Experiment& experiment, const ObserverStructure& structure) {
   const bool has_network = structure.dynamics.shape.parameters > 0;
   return has_network || (structure.latent.learned > 0 && experiment.observer.learn_eigenvalues);

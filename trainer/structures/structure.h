@@ -22,6 +22,9 @@ ObserverStructure make_structure(const Experiment& experiment, bool trains_forwa
 /// Sets the means and scales of the inputs of a network within the latent system, before any roll-out.
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);
 
+/// Checks that training can start on this data. Throws codegen::Error as normalise_dynamics() does.
+void check_start(const Experiment& experiment, const Dataset& training);
+
 /// Sets means and scales from the training data as flown (flight_segments): those of features over all samples, masked
 /// or not, as masks concern the truth alone; those of states over the truth that counts. A clock gets the
 /// centre and the half width of its range, [0, 1].

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // nlo identify: the parameters of a plant by expressions from logs, with standard errors, and the errors of filters
-// with the identified plant on the test logs.
+// with the identified plant on the test logs. It also writes the experiment that trains an observer with this plant.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,6 +21,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/load_identification.h"
+#include "trainer/experiments/prior_experiment.h"
 #include "trainer/identify/identification_text.h"
 #include "trainer/judge/evaluation/text.h"
 
@@ -34,7 +35,7 @@ struct IdentifyArguments {
   bool no_filters = false, json = false, force = false, help_config = false;
 };
 
-constexpr const char* kResultFile = "identified.json";
+constexpr const char *kResultFile = "identified.json", *kPriorFile = "prior.toml";
 
 /// A file, or the name of one that the program carries.
 Identification read_argument(const IdentifyArguments& arguments) {
@@ -68,6 +69,30 @@ void check_result_file(const std::string& file, const std::string& name, bool fo
       owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
 }
 
+/// Writes the experiment of a prior. Returns the lines for the user: the command that trains it, or the reason why there
+/// is no file. Keeps a file with another text, which a user may have edited, unless `force` is set.
+std::string write_prior(const std::string& file, const Identification& identification,
+                        const IdentificationResult& result, const IdentifyArguments& arguments) {
+  std::string text;
+  try {
+    text = prior_experiment(identification, result.values, arguments.data);
+  } catch (const codegen::Error& error) {
+    return fmt::format("no experiment with structure = \"prior\": {}\n", error.what());
+  }
+  std::string train = fmt::format("nlo train {}", shell_word(file));
+  if (!arguments.data.empty()) train += fmt::format(" --data {}", shell_word(arguments.data));
+  text = fmt::format(
+      "# An observer that steps the equations of the identification \"{}\". Its training begins as a Kalman filter "
+      "that\n"
+      "# is tuned on the training logs, and learns to correct it. Written by nlo identify.\n{}",
+      identification.name, text);
+  std::error_code ignored;
+  if (!arguments.force && std::filesystem::exists(file, ignored) && codegen::read_file(file) != text)
+    return fmt::format("kept: {} has another text; --force replaces it\n", file);
+  codegen::write_file_atomically(file, text);
+  return fmt::format("written: {}, an observer that steps these equations. Train it with\n  {}\n", file, train);
+}
+
 void run_identify(const IdentifyArguments& arguments) {
   const Identification identification = read_argument(arguments);
   const std::string directory = arguments.output.empty() ? "runs/" + identification.name : arguments.output;
@@ -95,16 +120,18 @@ void run_identify(const IdentifyArguments& arguments) {
   progress.finish();
 
   const std::string json = identification_json(identification.name, result, study ? &*study : nullptr);
+  std::string prior;
   run_phase([&] {
     make_output_directory(directory);
     codegen::write_file_atomically(file, json);
+    if (!result.stopped) prior = write_prior(directory + "/" + kPriorFile, identification, result, arguments);
   });
   if (arguments.json) {
     fmt::print("{}", json);
   } else {
     fmt::print("{}", printable(fmt::format("{}: {}", identification.name, to_text(result))));
     if (study) fmt::print("\n{}", printable(to_text(*study)));
-    fmt::print("\nwritten: {}\n", file);
+    fmt::print("\nwritten: {}\n{}", file, printable(prior));
   }
   if (stop.load()) throw RunFailure("interrupted: the parameters are the best so far; run again for all of it");
 }
@@ -119,7 +146,8 @@ void add_identify(CLI::App& app, Action& action) {
   options.value("IDENTIFICATION", arguments->experiment,
                 "file with [plant], [log] and [identify], or the name of a shipped one");
   options.directory("--data", arguments->data, "directory of the logs that [log] names");
-  options.directory("-o,--output", arguments->output, "directory for identified.json (default: runs/NAME)");
+  options.directory("-o,--output", arguments->output,
+                    "directory for identified.json and prior.toml (default: runs/NAME)");
   options.changes(arguments->overrides);
   options.value("--threads", arguments->threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
@@ -139,6 +167,9 @@ void add_identify(CLI::App& app, Action& action) {
       "needs no plant estimate the test logs. For an angle that no output measures and that may start anywhere,\n"
       "filters start all around, weighed by their innovations. Operations and functions (sin, tanh, powers, square\n"
       "roots) per step are counted: the expressions as written at 2 n_x + 1 points by RK4, and the filter's matrices.\n"
+      "prior.toml is an experiment for nlo train: an observer that steps the identified plant (structure = \"prior\"). "
+      "It\n"
+      "is left out, with the reason, if a state is in no column or an output is a function of an input.\n"
       "Shipped: {}.\n"
       "Examples:\n"
       "  nlo identify qube --data logs\n"
