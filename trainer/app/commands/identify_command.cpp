@@ -69,8 +69,8 @@ void check_result_file(const std::string& file, const std::string& name, bool fo
       owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
 }
 
-/// Writes the experiment of a prior. Returns the lines for the user: the command that trains it, or the reason why there
-/// is no file. Keeps a file with another text, which a user may have edited, unless `force` is set.
+/// Writes the experiment of a prior. Returns the lines for the user: the command that trains it, or the reason why
+/// there is no file. Keeps a file with another text, which a user may have edited, unless `force` is set.
 std::string write_prior(const std::string& file, const Identification& identification,
                         const IdentificationResult& result, const IdentifyArguments& arguments) {
   std::string text;
