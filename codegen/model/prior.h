@@ -2,11 +2,12 @@
 // Observer with a prior: an extended Kalman filter with the known equations f and h of the plant, and learned gated
 // units that set its noise variances and correct its estimate.
 //   x-  = one RK4 step of x' = f(x, u) from x         the prior; P- likewise by P' = F P + P F', F = df/dx
-//   nu  = y - h(x-)                                   the innovation
+//   nu  = y - h(x-)                                   the innovation; 0 for an output that has not arrived
 //   w   = [s(nu, fine); s(nu, coarse); y; u; x-]      s(v, c) = v / (c + |v|), between -1 and 1
 //   m   states of gated units (gated.h) that read w instead of y
 //   [K; b; c_q; c_r] = correction([m; w])             K row by row
-//   x, P  measurement update (nlo/covariance.h) with q = state_noise exp(c_q) and r = output_noise exp(c_r)
+//   x, P  measurement update (nlo/covariance.h) with q = state_noise exp(c_q) and r = output_noise exp(c_r), by the
+//         outputs that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p])
 // [x; p] is limited to [state_min, state_max]. z = [m; x; p], p: the upper triangle of P, row by row.

@@ -85,6 +85,12 @@ bool SampleValidation::clamped() const {
   return std::any_of(health_.begin(), health_.end(), [](const Health& h) { return h.clamped; });
 }
 
+std::vector<bool> SampleValidation::arrived() const {
+  std::vector<bool> all;
+  for (std::size_t j = 0; j < model_.outputs.size(); ++j) all.push_back(!health_[j].held);
+  return all;
+}
+
 int SampleValidation::missed_samples(double dt_s) const {
   const double periods = dt_s / model_.sample_period_s;
   return started_ && periods > 1.5 ? static_cast<int>(std::round(periods)) - 1 : 0;

@@ -40,6 +40,7 @@ class SampleValidation {
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
   StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld, kStale or kOutOfRange
   bool clamped() const;                            ///< a reading of the last sample
+  std::vector<bool> arrived() const;               ///< for each output: it was measured, neither held nor missing
 
   /// Status of one output in the last sample.
   StepStatus status(Eigen::Index output) const { return status_of(static_cast<std::size_t>(output)); }

@@ -31,7 +31,9 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
         units_(own_.gates, own_.candidate, activations),
         correction_(own_.correction, activations) {}
 
-  void start(Matrix& z, const Matrix& y) const override { correct(z, y, Scalar(1)); }
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>& arrived) const override {
+    correct(z, y, arrived, Scalar(1));
+  }
 
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
     const int pieces = pieces_of(dt_s, sample_period_s_);
@@ -48,7 +50,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     }
     z.tail(carried) = x;
     Matrix all = z;
-    correct(all, over.y_next, static_cast<Scalar>(dt_s / sample_period_s_));
+    correct(all, over.y_next, over.arrived, static_cast<Scalar>(dt_s / sample_period_s_));
     z = all;
   }
   double longest_step_s() const override { return kMostPieces * sample_period_s_; }
@@ -62,8 +64,12 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = kept_within(x(i), own_.state_min(i), own_.state_max(i));
   }
 
+  static bool has_arrived(const std::vector<bool>& arrived, Eigen::Index j) {
+    return arrived.empty() || arrived[static_cast<std::size_t>(j)];
+  }
+
   /// z = [m; x-; p-] becomes [m; x; p], column by column.
-  void correct(Matrix& z, const Matrix& readings, Scalar periods) const {
+  void correct(Matrix& z, const Matrix& readings, const std::vector<bool>& arrived, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried(),
                        units = z.rows() - carried;
     Matrix w(2 * ny + readings.rows() + nx, z.cols()), nu(ny, z.cols());
@@ -71,7 +77,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       const Vector expected = expected_at(z.col(b).tail(carried));
       for (Eigen::Index j = 0; j < ny; ++j) {
-        const Scalar e = nu(j, b) = readings(j, b) - expected(j);
+        const Scalar e = nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j) : Scalar(0);
         w(j, b) = e / (static_cast<Scalar>(own_.fine(j)) + std::abs(e));
         w(ny + j, b) = e / (static_cast<Scalar>(own_.coarse(j)) + std::abs(e));
       }
@@ -80,7 +86,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     z.topRows(units) = m;
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       Vector x = z.col(b).tail(carried);
-      const Vector change = filtered(x, nu.col(b), gain.col(b).tail(nx + ny), periods);
+      const Vector change = filtered(x, nu.col(b), gain.col(b).tail(nx + ny), arrived, periods);
       for (Eigen::Index i = 0; i < nx; ++i) {
         Scalar learned = gain(nx * ny + i, b);
         for (Eigen::Index j = 0; j < ny; ++j) learned += gain(i * ny + j, b) * w(ny + j, b);
@@ -99,7 +105,8 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
   }
 
   /// Returns the correction that an extended Kalman filter's measurement adds to x, and updates the covariance in x.
-  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, Scalar periods) const {
+  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, const std::vector<bool>& arrived,
+                  Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny();
     const auto noise = [&](const Eigen::VectorXd& unit, Eigen::Index at, Eigen::Index row) {
       return static_cast<Scalar>(unit(at)) * std::exp(std::clamp(logarithms(row), Scalar(-16), Scalar(16)));
@@ -114,6 +121,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     const Vector expected = expected_at(x);
     Vector change = Vector::Zero(nx);
     for (Eigen::Index j = 0; j < ny; ++j) {
+      if (!has_arrived(arrived, j)) continue;
       const Vector slopes = expected.segment(ny + j * nx, nx), ph = p * slopes;
       const Scalar spread =
           (1 + Scalar(kLeastNoise)) * std::max(slopes.dot(ph), Scalar(0)) + noise(own_.output_noise, j, nx + j);

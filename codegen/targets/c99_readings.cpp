@@ -179,7 +179,7 @@ std::map<std::string, std::string> c99_readings(const Model& m, const std::strin
         "U_TAKEN",    "START_U",      "START_READ",   "U_PASSED",        "INPUT_NOTE",     "HOLD_INPUTS",
         "READ",       "NOTE_MISSING", "COMPUTE",      "KEEP_FIELD",      "KEEP_VALUE",     "KEEP_OVER",
         "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START",
-        "SLOW",       "NOT_DUE",      "FADES"})
+        "SLOW",       "NOT_DUE",      "FADES",        "ARRIVALS",        "ARRIVED"})
     values[key] = "";
   if (has_slow_outputs(m)) {
     std::vector<int> samples = not_due(m);

@@ -31,11 +31,17 @@ Experiment prior_of(const std::string& file, const std::string& horizon_s) {
   return experiment;
 }
 
-/// The runs as logs whose outputs have the noise.
+/// The runs as logs whose outputs have the noise. Where an output is missing, it has its last value.
 Dataset measured(const ComparedRuns& runs) {
   Dataset data = runs.set;
   data.reads_inputs = !data.inputs.empty();
-  for (std::size_t i = 0; i < runs.outputs.size(); ++i) data.trajectories[i].outputs = runs.outputs[i];
+  for (std::size_t i = 0; i < runs.outputs.size(); ++i) {
+    Trajectory& run = data.trajectories[i];
+    run.outputs = runs.outputs[i];
+    run.missing = run.outputs.array().isNaN();
+    for (Eigen::Index k = 1; k < run.samples(); ++k)
+      run.outputs.col(k) = run.missing.col(k).select(run.outputs.col(k - 1), run.outputs.col(k));
+  }
   return data;
 }
 
@@ -81,6 +87,7 @@ TEST_P(PriorAsFilter, BeginsAsGoodAsTheTunedFilter) {
 
 INSTANTIATE_TEST_SUITE_P(Plants, PriorAsFilter,
                          ::testing::Values(Case{"van_der_pol_prior.toml", "20", "gaussian:0.5"},
+                                           Case{"van_der_pol_prior.toml", "20", "gaussian:0.5+missing:0.2:25"},
                                            Case{"plants/reverse_duffing.toml", "20", "gaussian:0.2"},
                                            Case{"plants/lorenz.toml", "10", "gaussian:2"},
                                            Case{"plants/fitzhugh_nagumo.toml", "100", "gaussian:0.3"},

@@ -97,7 +97,11 @@ TEST(EveryStructure, AMissedSampleIsTheLastOneAgain) {
     }
     ASSERT_EQ(step(observer, kNaN, 0.3F), StepStatus::kHeld);
     ASSERT_EQ(step(other, 0.5F, 0.3F), StepStatus::kOk);
-    ASSERT_TRUE(testing::same_latent(observer.save(), other.save()));
+    using Model = typename std::remove_reference_t<decltype(observer)>::Model;
+    constexpr bool kRepeats = !requires {
+      Model::kReadsArrivals;
+    };  // others step over it
+    ASSERT_EQ(testing::same_latent(observer.save(), other.save()), kRepeats);
   });
 }
 
@@ -269,6 +273,24 @@ TEST(PriorObserver, ADivisionBy0DoesNotComeBackIntoTheRangeUnnoticed) {
     EXPECT_EQ(observer.step(0.0F), StepStatus::kReset) << "infinite: a clamp alone would make it the range's end";
     for (int r = 0; r < 9; ++r) ASSERT_TRUE(std::isfinite(observer.latent()[r]));
   }
+}
+
+// Fails if a held output counts as a measurement: the variance of the state that it measures would shrink.
+TEST(PriorObserver, StepsOverAnOutputThatIsMissing) {
+  const auto model = testing::prior_model<float>();
+  PriorObserver observer(model);
+  for (int k = 0; k < 50; ++k) ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);
+  const auto variance = [&] { return observer.latent()[6]; };
+  const float settled = variance();
+  ASSERT_EQ(observer.step(kNaN), StepStatus::kHeld);
+  EXPECT_GT(variance(), 1.05F * settled) << "the process noise adds to it, and no measurement corrects it";
+  const float grown = variance();
+  ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);
+  EXPECT_LT(variance(), grown) << "control: a measurement shrinks it";
+  // A step over a gap ends with a measurement.
+  const float before = variance();
+  ASSERT_NE(observer.step(0.5F, 0.04F), StepStatus::kRejected);
+  EXPECT_LT(variance(), 1.5F * before);
 }
 
 TEST(DrivenKklObserver, AnInputOutOfThisWorldIsNotTaken) {

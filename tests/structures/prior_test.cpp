@@ -27,6 +27,7 @@ using testing::harmonics;
 struct PriorProblem {
   int length;
   std::vector<double> theta, readings, latent, cotangent, periods;
+  std::vector<std::uint8_t> held;
   PriorSetting setting;
   std::unique_ptr<PriorLanes<double>> lanes;
   GatedRun<double> run;
@@ -127,6 +128,15 @@ TEST(PriorLanes, GradientsKnowTheSlopesOfFunctionsAndQuotients) {
       {"x1 / sqrt(4 + x2^2) + ln(2 + x1^2) / 3"}};
   PriorProblem problem(33, true, 30.0, true, equations);
   EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes 0 within a difference";
+}
+
+TEST(PriorLanes, AnOutputThatIsNotMeasuredHasNoGradient) {
+  PriorProblem problem(33, true, 30.0);
+  const double measured = problem.loss();
+  for (std::size_t i = 0; i < 33 * kGroup; ++i) problem.held.push_back(i % 5 < 2);
+  problem.run.held = problem.held.data();
+  EXPECT_NE(problem.loss(), measured) << "control";
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8);
 }
 
 TEST(PriorLanes, AClampedStateHasNoGradient) {

@@ -211,6 +211,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   }
   if (noise.shifted() || input_noise.shifted()) measure_late(index, noise, input_noise, stream);
   add_noise(group, noise, input_noise, level, stream);
+  mark_held(index);
   if (noise.fails() || input_noise.fails()) fail_sensors(index, noise, input_noise, stream);
   clamp(group);
   if (!data_->failures.none()) lose_failing(index);
@@ -225,6 +226,22 @@ void Rollout::clamp(SegmentGroup& group) const {
     if (std::isinf(low)) continue;
     float* y = group.readings.data() + group.at(row, 0);
     for (std::size_t i = 0; i < group.at(1, 0); ++i) y[i] = std::clamp(y[i], low, high);
+  }
+}
+
+/// Marks the outputs that the runs have not measured. Outages of noise and of sensors that may fail come on top.
+void Rollout::mark_held(int index) {
+  SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  group.held.clear();
+  for (int l = 0; l < kGroup; ++l) {
+    const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    if (run.held.empty()) continue;
+    group.held.resize(group.at(data_->ny, 0), 0);
+    for (int j = 0; j < data_->ny; ++j)
+      for (int t = 0; t < segment.length; ++t)
+        group.held[group.at(j, t) + static_cast<std::size_t>(l)] =
+            run.held[static_cast<std::size_t>(j * run.samples + segment.start + t)];
   }
 }
 
@@ -292,6 +309,10 @@ void Rollout::fill_missing(int index) {
         age = std::isnan(y[at]) ? age + 1 + (t == 0 ? 0 : data_->missed[step]) : 0;
         if (not_due > 0 && age > 0 && age <= most) y[at] = last_y;
         const bool missing = std::isnan(y[at]);
+        if (age > 0) {
+          group.held.resize(group.at(data_->ny, 0), 0);
+          group.held[group.at(failures.outputs[i], 0) + static_cast<std::size_t>(at)] = 1;
+        }
         if (missing) y[at] = rest + keep * (last_y - rest);
         stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;
         last_y = y[at];

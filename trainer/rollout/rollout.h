@@ -62,6 +62,7 @@ class Rollout {
                   std::uint64_t step, ThreadPool& pool, const NoiseConfig& input_noise,
                   const std::function<void(int index, int thread)>& use);
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
+  void mark_held(int index);
   void lose_failing(int index);
   void compute(SegmentGroup& group) const;
   void fill_missing(int index);

@@ -77,6 +77,10 @@ void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& ra
       if (slow && std::isnan(y[at])) continue;
       if (!out) last = y[at];
       if (!out) continue;
+      if (kind == OutageKind::kMissing && row < data_->ny) {
+        group.held.resize(group.at(data_->ny, 0), 0);
+        group.held[group.at(row, 0) + static_cast<std::size_t>(at)] = 1;
+      }
       const float before = slow ? last : y[at - kGroup];
       y[at] = kind == OutageKind::kDead ? dead : told ? std::numeric_limits<float>::quiet_NaN() : before;
     }

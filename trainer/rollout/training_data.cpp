@@ -82,6 +82,9 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     run.samples = static_cast<int>(trajectory.samples());
     run.first_estimate = static_cast<int>(trajectory.first_estimate);
     run.readings = row_major(trajectory.outputs);
+    if (trajectory.missing.size() != 0 && trajectory.missing.any())
+      for (int j = 0; j < ny; ++j)
+        for (int k = 0; k < run.samples; ++k) run.held.push_back(trajectory.missing(j, k) ? 1 : 0);
     if (trajectory.missing.size() != 0)  // one that may fail is missing as in an outage; others hold their last value
       for (const int row : failures.outputs)
         for (int k = 0; k < run.samples; ++k)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "trainer/base/noise.h"
@@ -22,6 +23,7 @@ struct TrainingData {
     int first_estimate = 0;          ///< see Trajectory
     std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
     std::vector<float> readings;     ///< n_r x samples: outputs, then the inputs that the observer reads
+    std::vector<std::uint8_t> held;  ///< n_y x samples: 1 where an output was not measured; empty: all were
     std::vector<float> states;       ///< n_x x samples
     std::vector<float> weight;       ///< samples
     std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only

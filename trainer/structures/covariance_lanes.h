@@ -20,6 +20,7 @@ struct Measured {
   std::vector<L> p;                  ///< triangle
   std::vector<L> slopes;             ///< n_y x n_x
   std::vector<L> innovations, r, q;  ///< n_y, n_y, n_x
+  std::vector<L> arrived;            ///< n_y: 1 where the output was measured, else 0
   std::vector<L> change;             ///< n_x, x - x-
 
   Measured(int nx, int ny)
@@ -28,6 +29,7 @@ struct Measured {
         innovations(static_cast<std::size_t>(ny)),
         r(innovations),
         q(static_cast<std::size_t>(nx)),
+        arrived(static_cast<std::size_t>(ny), L(1.0)),
         change(q) {}
 };
 
@@ -62,7 +64,7 @@ class CovarianceUpdate {
       }
       for (int l = 0; l < kGroup; ++l) {
         now.positive.at[l] = spread.at[l] < Scalar(0) ? Scalar(0) : Scalar(1) + Scalar(kLeastNoise);
-        now.share.at[l] = Scalar(1) / (now.positive.at[l] * spread.at[l] + of.r[at(j)].at[l]);
+        now.share.at[l] = of.arrived[at(j)].at[l] / (now.positive.at[l] * spread.at[l] + of.r[at(j)].at[l]);
       }
       for (int i = 0; i < nx_; ++i) {
         const L gain = now.ph[at(i)] * now.share;

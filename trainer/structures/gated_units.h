@@ -9,6 +9,7 @@
 // registers; so are the weights' gradients. Only W^T da must go sample by sample.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "trainer/base/aligned_vector.h"
@@ -20,11 +21,12 @@ namespace nlo::trainer {
 /// Eight trajectories; arrays are [row][time][8].
 template <class Scalar>
 struct GatedRun {
-  int length = 0;                     ///< samples
-  const Scalar* readings = nullptr;   ///< n_r rows
-  Scalar* latent = nullptr;           ///< n_z rows
-  const Scalar* cotangent = nullptr;  ///< dl/dz at each sample, n_z rows
-  const Scalar* periods = nullptr;    ///< [time][8]: of the step that ends at a sample, in sample periods; null: all 1
+  int length = 0;                      ///< samples
+  const Scalar* readings = nullptr;    ///< n_r rows
+  Scalar* latent = nullptr;            ///< n_z rows
+  const Scalar* cotangent = nullptr;   ///< dl/dz at each sample, n_z rows
+  const Scalar* periods = nullptr;     ///< [time][8]: of the step that ends at a sample, in sample periods; null: all 1
+  const std::uint8_t* held = nullptr;  ///< n_y rows: 1 where an output was not measured; null: all were
 };
 
 /// Readings that depend on the units of the samples before: made as the units go, and told their gradient on the way

@@ -160,7 +160,7 @@ void PriorLanes<Scalar>::read(int time) {
     const auto row = static_cast<std::size_t>(j);
     const auto fine = static_cast<Scalar>(setting_.fine[row]), coarse = static_cast<Scalar>(setting_.coarse[row]);
     for (int l = 0; l < kGroup; ++l) {
-      const Scalar nu = w(2 * ny + j, time)[l] - expected_[row].at[l];
+      const Scalar nu = arrived(j, time, l) * (w(2 * ny + j, time)[l] - expected_[row].at[l]);
       w(j, time)[l] = nu / (fine + std::abs(nu));
       w(ny + j, time)[l] = nu / (coarse + std::abs(nu));
     }
@@ -199,7 +199,8 @@ void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   std::copy_n(expected_.begin() + ny, measured_.slopes.size(), measured_.slopes.begin());
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    measured_.innovations[row] = L(w(2 * ny + j, time)) - expected_[row];
+    for (int l = 0; l < kGroup; ++l) measured_.arrived[row].at[l] = arrived(j, time, l);
+    measured_.innovations[row] = measured_.arrived[row] * (L(w(2 * ny + j, time)) - expected_[row]);
     measured_.r[row] = L(setting_.output_noise[row]) * noise(noise_row() + nx + j);
   }
   for (int i = 0; i < nx; ++i) {
@@ -321,8 +322,9 @@ void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
     };
     for (int l = 0; l < kGroup; ++l)
       to_expected_[row].at[l] =
-          -(to_squashed_[lane(j, l)] + to_w(ny + j, l)) * slope(w(ny + j, time)[l], setting_.coarse[row]) -
-          to_w(j, l) * slope(w(j, time)[l], setting_.fine[row]) - to_measured_.innovations[row].at[l];
+          arrived(j, time, l) *
+          (-(to_squashed_[lane(j, l)] + to_w(ny + j, l)) * slope(w(ny + j, time)[l], setting_.coarse[row]) -
+           to_w(j, l) * slope(w(j, time)[l], setting_.fine[row]) - to_measured_.innovations[row].at[l]);
   }
   std::copy(to_measured_.slopes.begin(), to_measured_.slopes.end(), to_expected_.begin() + ny);
   std::vector<L> at(static_cast<std::size_t>(setting_.carried()));

@@ -82,6 +82,11 @@ class PriorLanes final : private GatedLoop<Scalar> {
   Scalar periods(int time, int l) const {
     return run_.periods == nullptr || time == 0 ? 1 : run_.periods[time * kGroup + l];
   }
+  /// 1 where output j was measured, else 0.
+  Scalar arrived(int j, int time, int l) const {
+    if (run_.held == nullptr) return 1;
+    return run_.held[(static_cast<std::ptrdiff_t>(j) * run_.length + time) * kGroup + l] == 0 ? 1 : 0;
+  }
   Scalar* w(int row, int time) { return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup; }
   const Scalar* w(int row, int time) const {
     return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup;

@@ -50,6 +50,7 @@ class UnitsLatent final : public LatentDynamics {
 
   GatedRun<float> run_of(SegmentGroup& group, Worker& worker) const {
     GatedRun<float> run{.length = group.length, .readings = group.readings.data(), .latent = group.latent.data()};
+    if (!group.held.empty()) run.held = group.held.data();
     if (group.step_of.empty()) return run;
     worker.periods.assign(group.step_of.size(), 1.0F);
     for (std::size_t i = kGroup; i < group.step_of.size(); ++i) {

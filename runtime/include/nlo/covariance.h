@@ -35,10 +35,12 @@ NLO_INLINE Scalar noise_of(Scalar c) {
 ///   slopes  h, n: derivatives of the output with respect to the states, at x-
 ///   nu      innovation of the output, y - h(x-)
 ///   noise   r > 0, variance of the output
+///   arrived false: the output was not measured, and K = 0
 ///   change  n: x - x- so far; the correction is added
 ///   p       upper triangle of P; updated
 template <Arithmetic kArithmetic, int n, class Scalar>
-NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scalar (&change)[n], Scalar* p) {
+NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, bool arrived, Scalar (&change)[n],
+                            Scalar* p) {
   Scalar ph[n], spread = Scalar(0), rest = nu;
   for (int i = 0; i < n; ++i) {
     Scalar sum = Scalar(0);
@@ -51,7 +53,8 @@ NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scala
   }
   // A negative value is rounding error. NaN stays NaN.
   spread = select<kArithmetic>(!(spread < Scalar(0)), spread, Scalar(0));
-  const Scalar share = Scalar(1) / (multiply_add<kArithmetic>(Scalar(1) + Scalar(kLeastNoise), spread, noise));
+  const Scalar inverse = Scalar(1) / (multiply_add<kArithmetic>(Scalar(1) + Scalar(kLeastNoise), spread, noise));
+  const Scalar share = select<kArithmetic>(arrived, inverse, Scalar(0));
   for (int i = 0; i < n; ++i) {
     const Scalar gain = rounded<Scalar>(ph[i] * share);
     change[i] = multiply_add<kArithmetic>(gain, rest, change[i]);

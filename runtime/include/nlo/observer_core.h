@@ -49,8 +49,11 @@ concept HasValues = requires(const M& model) {
 /// Equations of a model. `y` holds all readings.
 ///   advance(z, y, y_next, dt_s)             advances z in place over dt_s seconds; 0: one sample period
 ///   advance(z, y, y_next, u, u_next, dt_s)  the same for inputs that are no readings (acting_inputs.h)
+///   advance(z, y, y_next, arrived, dt_s)    the same for a model with kReadsArrivals: arrived[j], n_y, is false if
+///                                           output j was not measured and y_next holds its last value
 ///   estimate(z, y, x_hat)                   x_hat = T*(z, y)
 ///   start(y, z)                             optional: sets z at the first measurement, after z = initial + S y
+///   start(y, arrived, z)                    the same for a model with kReadsArrivals
 /// For the deterministic policy these are templates on the policy; with inputs that are no readings always.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
@@ -64,7 +67,14 @@ concept HasDrivenAdvance = requires(const M& model, typename M::Scalar (&z)[M::k
   model.advance(z, y, y, u, u, dt_s);
 };
 template <class M>
-concept HasStep = HasAdvance<M> || HasDrivenAdvance<M>;
+concept HasAdvanceByArrivals = requires(const M& model, typename M::Scalar (&z)[M::kNz],
+                                        const typename M::Scalar (&y)[M::kNr], const Vector<bool, M::kNy>& arrived,
+                                        typename M::Scalar dt_s) {
+  M::kReadsArrivals;
+  model.advance(z, y, y, arrived, dt_s);
+};
+template <class M>
+concept HasStep = HasAdvance<M> || HasDrivenAdvance<M> || HasAdvanceByArrivals<M>;
 template <class M>
 concept HasEstimate = requires(const M& model, const typename M::Scalar (&z)[M::kNz],
                                const typename M::Scalar (&y)[M::kNr], typename M::Scalar (&x_hat)[M::kNx]) {
@@ -211,24 +221,26 @@ class ObserverCore {
   /// One step. kRegular: over one sample period; dt_s is ignored, and code for other steps is not compiled in.
   template <bool kRegular>
   NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
+    Arrivals arrived = finite_outputs(y);
     const Missing missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
     for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // kept if the new one is held
     InputMemory<Scalar, kActing> u_next = state_.input;
     const bool held = validate<kRegular>(y, u, y_next, u_next, dt_s);
     update_status(missing);
+    leave_out_held(arrived);
     bool reachable = false;  // whether the model has shown that z is
     if (state_.started == 1) {
-      reachable = advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
-      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];             // y <- y_next
-      turn_back<kArithmetic>(*model_, state_.y, state_.z);               // whole turns a: y <- y - a, z <- z - S a
+      reachable = advance(y_next, arrived, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
+      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];                      // y <- y_next
+      turn_back<kArithmetic>(*model_, state_.y, state_.z);  // whole turns a: y <- y - a, z <- z - S a
     } else {
       if (!is_reachable<Model>(state_, model_->outputs)) return reset_after_corruption();
       if (held && !(kSlow && all_known())) {  // nothing to hold yet
         keep_slow(y_next);
         return state_.status;
       }
-      start(y_next, starts_steady(*model_));  // z <- z(0), or z(0) + S y
+      start(y_next, arrived, starts_steady(*model_));  // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
     return is_sound(held, reachable) ? state_.status : reset_after_corruption();
@@ -236,6 +248,7 @@ class ObserverCore {
 
   /// Starts from the steady state of y, z = z(0) + S y.
   constexpr StepStatus start_steady(Readings y) {
+    Arrivals arrived = finite_outputs(y);
     const Missing missing = fill_missing<true>(y, false, Scalar(0));
     Scalar accepted[kNr]{};
     for (int j = 0; kSlow && j < kNr; ++j)
@@ -248,7 +261,8 @@ class ObserverCore {
     const auto& initial = model_->initial_latent();
     for (int r = 0; r < kNz; ++r) state_.z[r] = initial[r];
     state_.input = {};
-    start(accepted, true);
+    leave_out_held(arrived);
+    start(accepted, arrived, true);
     return state_.status;
   }
 
@@ -262,6 +276,23 @@ class ObserverCore {
     Vector<bool, kFailing> missing{};
     Vector<ChannelHealth, kSlow ? kFailing : 1> absent{};  ///< health of a slow output; 0: it arrived
   };
+
+  static constexpr bool kReadsArrivals = requires { Model::kReadsArrivals; };
+  using Arrivals = Vector<bool, kReadsArrivals ? Model::kNy : 1>;
+
+  /// Returns which outputs of a sample are finite, before missing ones are replaced.
+  static constexpr Arrivals finite_outputs([[maybe_unused]] const Readings& y) {
+    Arrivals finite{};
+    if constexpr (kReadsArrivals)
+      for (int j = 0; j < Model::kNy; ++j) finite[j] = is_finite(y[j]);
+    return finite;
+  }
+
+  /// After validation: clears `arrived` for outputs whose last good value was used instead.
+  constexpr void leave_out_held([[maybe_unused]] Arrivals& arrived) const {
+    if constexpr (kReadsArrivals)
+      for (int j = 0; j < Model::kNy; ++j) arrived[j] = arrived[j] & ((state_.health[j] & 3U) != kHeldBit);
+  }
 
   /// Replaces missing outputs (sensor_failures.h). Returns which ones were missing.
   template <bool kRegular>
@@ -388,17 +419,19 @@ class ObserverCore {
     return state_.status = StepStatus::kReset;
   }
 
-  constexpr void start(const Scalar (&y)[kNr], bool steady) {
+  constexpr void start(const Scalar (&y)[kNr], [[maybe_unused]] const Arrivals& arrived, bool steady) {
     for (int j = 0; j < kNr; ++j) state_.y[j] = start_value(j, y[j]);
     if (steady) add_steady_state(*model_, state_.y, state_.z);
-    if constexpr (requires { model_->template start<kArithmetic>(state_.y, state_.z); })
+    if constexpr (kReadsArrivals)
+      model_->template start<kArithmetic>(state_.y, arrived, state_.z);
+    else if constexpr (requires { model_->template start<kArithmetic>(state_.y, state_.z); })
       model_->template start<kArithmetic>(state_.y, state_.z);
     state_.started = 1;
   }
 
   /// Advances z. Returns true if the model has shown that the new z is reachable.
-  NLO_INLINE constexpr bool advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
-                                    Scalar dt_s) {
+  NLO_INLINE constexpr bool advance(const Scalar (&y_next)[kNr], [[maybe_unused]] const Arrivals& arrived,
+                                    const InputMemory<Scalar, kActing>& u_next, Scalar dt_s) {
     constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of a large z would take much stack
     Scalar copy[kNz]{};
     Scalar(&z)[kNz] = kInPlace ? state_.z : copy;
@@ -409,7 +442,9 @@ class ObserverCore {
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     bool reachable = false;
-    if constexpr (kActing > 0) {
+    if constexpr (kReadsArrivals) {
+      model_->template advance<kArithmetic>(z, state_.y, y_next, arrived, dt_s);
+    } else if constexpr (kActing > 0) {
       model_->template advance<kArithmetic>(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
     } else if constexpr (kArithmetic == Arithmetic::kFast) {
       if constexpr (std::is_same_v<decltype(model_->advance(z, state_.y, y_next, dt_s)), bool>) {

@@ -2,11 +2,12 @@
 // The observer with a prior: an extended Kalman filter with the known equations of the plant, and learned gated units
 // that set its noise variances and correct its estimate.
 //   x-  = one RK4 step of dx/dt = f(x, u) from x         the prior; P- likewise by dP/dt = F P + P F', F = df/dx
-//   nu  = y - h(x-)                                      the innovation
+//   nu  = y - h(x-)                                      the innovation; 0 for an output that has not arrived
 //   w   = [s(nu, fine); s(nu, coarse); y; u; x-]         s(v, c) = v / (c + |v|), between -1 and 1
 //   m   states of gated units (gated_observer.h) that read w instead of y
 //   [K; b; c_q; c_r] = correction([m; w])
-//   x, P  measurement update (covariance.h) with q = state_noise exp(c_q), r = output_noise exp(c_r)
+//   x, P  measurement update (covariance.h) with q = state_noise exp(c_q), r = output_noise exp(c_r), by the outputs
+//         that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p]),   z = [m; x; p],   p: the upper triangle of P
 // x and p are limited to a range from which no step overflows. Therefore one outlier cannot move x to where f was never
@@ -57,6 +58,7 @@ struct PriorModel {
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = false;
+  static constexpr bool kReadsArrivals = true;  ///< start() and advance() are told which outputs have arrived
   static_assert(kNx > 0 && kNy > 0 && kUnits > 0 && kNu >= 0);
   static_assert(Gates::kIn == kUnits + kReads && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
   static_assert(Candidate::kIn == kUnits + kReads && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
@@ -81,23 +83,25 @@ struct PriorModel {
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
 
-  /// Corrects the initial state by the first measurement.
+  /// Corrects the initial state by the outputs of the first sample that have arrived.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
-    correct<kArithmetic, true>(z, y, Scalar(1));
+  void start(const Scalar (&y)[kNr], const Vector<bool, kNy>& arrived, Scalar (&z)[kNz]) const {
+    correct<kArithmetic, true>(z, y, arrived, Scalar(1));
   }
 
   /// Advances z over dt_s seconds (0: one sample period) with the measurement at the end. A longer step takes several
   /// steps of RK4.
+  ///   arrived  outputs that were measured; y_next holds the last value of the others
   template <Arithmetic kArithmetic = Arithmetic::kFast>
-  NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+  NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr],
+                          const Vector<bool, kNy>& arrived, Scalar dt_s) const {
     if (dt_s == Scalar(0)) {
       predict<kArithmetic>(z, y, y_next, sample_period_s, 1);
-      correct<kArithmetic, true>(z, y_next, Scalar(1));
+      correct<kArithmetic, true>(z, y_next, arrived, Scalar(1));
     } else {
       const int pieces = pieces_of(dt_s, sample_period_s);
       predict<kArithmetic>(z, y, y_next, dt_s / static_cast<Scalar>(pieces), pieces);
-      correct<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
+      correct<kArithmetic, false>(z, y_next, arrived, dt_s / sample_period_s);
     }
   }
 
@@ -143,7 +147,7 @@ struct PriorModel {
 
   /// Replaces [m; x-; p-] by [m; x; p].
   template <Arithmetic kArithmetic, bool kRegular>
-  void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+  void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Vector<bool, kNy>& arrived, Scalar periods) const {
     constexpr int kIn = kUnits + kReads;
     LayerBuffer<Scalar, kIn> in;
     GateBuffers<Scalar, kUnits> between;
@@ -152,7 +156,7 @@ struct PriorModel {
     for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
     Equations::output(x, expected);
     for (int j = 0; j < kNy; ++j) {
-      nu[j] = y[j] - expected[j];
+      nu[j] = select<kArithmetic>(arrived[j], y[j] - expected[j], Scalar(0));
       const Scalar size = select<kArithmetic>(nu[j] >= Scalar(0), nu[j], -nu[j]);
       w[j] = nu[j] / (fine[j] + size);
       w[kNy + j] = nu[j] / (coarse[j] + size);
@@ -173,7 +177,8 @@ struct PriorModel {
     }
     for (int j = 0; j < kNy; ++j)
       take_output<kArithmetic>(&expected[kNy + j * kNx], nu[j],
-                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kNx + j])), change, p);
+                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kNx + j])), arrived[j],
+                               change, p);
     for (int i = 0; i < kNx; ++i) {
       Scalar learned = drift[i];
       for (int j = 0; j < kNy; ++j) learned = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], learned);

@@ -72,11 +72,12 @@ class Coefficients {
 
 /// Up to eight segments of equal length, side by side. Arrays are [row][time][lane].
 struct SegmentGroup {
-  int length = 0;                ///< samples
-  int lanes = 0;                 ///< segments in use; the others repeat the last
-  std::vector<float> readings;   ///< n_r x length x 8, noise included
-  std::vector<float> latent;     ///< n_z x length x 8
-  std::vector<float> cotangent;  ///< dl/dz, n_z x length x 8
+  int length = 0;                  ///< samples
+  int lanes = 0;                   ///< segments in use; the others repeat the last
+  std::vector<float> readings;     ///< n_r x length x 8, noise included
+  std::vector<std::uint8_t> held;  ///< n_y x length x 8: 1 where an output was not measured; empty: all were
+  std::vector<float> latent;       ///< n_z x length x 8
+  std::vector<float> cotangent;    ///< dl/dz, n_z x length x 8
   std::vector<int> step_of;      ///< length x 8: index into the coefficients' steps, of the step that leaves a sample;
                                  ///< empty when sampling is uniform (all 0)
   std::vector<double> gradient;  ///< dl/d(parameters), n learned rows
