@@ -68,9 +68,9 @@ std::string between(const std::string& text, const std::string& from, const std:
 TEST(Docs, TheWorkedChoiceTrainsWithEachOfItsSettings) {
   const std::string text = page("docs/choosing.md");
   const Scratch scratch;
-  const std::string experiment = between(text, "```toml\n", "```");
+  const std::string experiment = between(text, "```toml\nname", "```");
   ASSERT_NE(experiment, "");
-  scratch.write("pendulum.toml", experiment);
+  scratch.write("pendulum.toml", "name" + experiment);
   std::istringstream table(between(text, "| `--set` |", "| EKF"));
   const std::regex setting("`([a-z_]+\\.[a-z_]+=[^`]+)`");
   int rows = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "codegen/model_file/model_file.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/training_testing.h"
 #include "trainer/experiments/load_experiment.h"
@@ -236,6 +237,26 @@ TEST(Prior, StepsTheEquationsBesideLogs) {
   EXPECT_NE(refused(kLogged, "output_names = [\"y\"]", "output_names = [\"x\"]").find("[plant]"), std::string::npos);
   EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("has no input \"w\""), std::string::npos)
       << "simulated runs need every input";
+}
+
+// Fails if the model with the least error over all states is kept although one state has become worse.
+TEST(Prior, KeepsNoModelThatEstimatesAStateWorseThanTheFilterItBeganAs) {
+  const Dataset data = harmonics({60, 90, 75}, false);
+  const auto state_errors = [&](int steps) {
+    Experiment experiment = prior_experiment("");
+    experiment.training.steps = steps;
+    experiment.training.learning_rate = 0.3;
+    experiment.training.validate_every = 5;
+    experiment.inverse_map.readout = ReadoutChoice::kNetwork;
+    const codegen::Model model = train(experiment, data, data, {}).model;
+    codegen::ReferenceObserver<double> observer(model);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(2);
+    for (const Trajectory& run : data.trajectories)
+      squares += (observer.run(run.outputs, {}, run.time_s, data.uniform).x_hat - run.states).rowwise().squaredNorm();
+    return squares.cwiseSqrt().eval();
+  };
+  const Eigen::VectorXd filter = state_errors(0), model = state_errors(60);
+  for (Eigen::Index i = 0; i < 2; ++i) EXPECT_LE(model(i), 1.021 * filter(i)) << "1.02 and the rounding of float";
 }
 
 TEST(Prior, SurvivesTheModelFile) {

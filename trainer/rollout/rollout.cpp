@@ -229,7 +229,8 @@ void Rollout::clamp(SegmentGroup& group) const {
   }
 }
 
-/// Marks the outputs that the runs have not measured. Outages of noise and of sensors that may fail come on top.
+/// Marks the outputs that the runs have not measured. Outages of noise and of sensors that may fail come on top. The
+/// first sample of a segment counts as measured, because flight begins with a measurement of each output.
 void Rollout::mark_held(int index) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   group.held.clear();
@@ -239,7 +240,7 @@ void Rollout::mark_held(int index) {
     if (run.held.empty()) continue;
     group.held.resize(group.at(data_->ny, 0), 0);
     for (int j = 0; j < data_->ny; ++j)
-      for (int t = 0; t < segment.length; ++t)
+      for (int t = 1; t < segment.length; ++t)
         group.held[group.at(j, t) + static_cast<std::size_t>(l)] =
             run.held[static_cast<std::size_t>(j * run.samples + segment.start + t)];
   }

@@ -59,6 +59,12 @@ void check_start(const Experiment& experiment, const Dataset& training) {
   normalise_dynamics(structure, TrainingData(training), pool);
 }
 
+bool starts_as_estimator(const ObserverStructure& structure) {
+  for (std::size_t i = 0; i < structure.state_mean.size(); ++i)
+    if (structure.module->estimate_row(structure, static_cast<int>(i)) < 0) return false;
+  return structure.network.linear_path >= 0;
+}
+
 bool latent_system_learns(const Experiment& experiment, const ObserverStructure& structure) {
   const bool has_network = structure.dynamics.shape.parameters > 0;
   return has_network || (structure.latent.learned > 0 && experiment.observer.learn_eigenvalues);
@@ -134,12 +140,6 @@ bool reads_clock_products(const ObserverStructure& structure) {
                      [](const Feature& feature) { return feature.clock >= 0; });
 }
 
-bool has_estimate_rows(const ObserverStructure& structure) {
-  for (std::size_t i = 0; i < structure.state_mean.size(); ++i)
-    if (structure.module->estimate_row(structure, static_cast<int>(i)) < 0) return false;
-  return true;
-}
-
 /// Makes the linear path of `map` pass on each state's estimate_row().
 void write_estimate_rows(const ObserverStructure& structure, float* map) {
   for (std::size_t i = 0; i < structure.state_mean.size(); ++i) {
@@ -205,7 +205,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     parameters.insert(parameters.end(), map.begin(), map.end());
   }
   if (!linear) return parameters;
-  if (has_estimate_rows(structure)) {
+  if (starts_as_estimator(structure)) {
     write_estimate_rows(structure, parameters.data() + structure.dynamics_parameters());
     return parameters;
   }

@@ -30,6 +30,9 @@ void check_start(const Experiment& experiment, const Dataset& training);
 /// centre and the half width of its range, [0, 1].
 void normalise(ObserverStructure& structure, const Rollout& rollout);
 
+/// Returns true if the untrained observer estimates every state: z has rows for them, and a linear path passes them on.
+bool starts_as_estimator(const ObserverStructure& structure);
+
 /// Whether training moves any parameter of the latent system.
 bool latent_system_learns(const Experiment& experiment, const ObserverStructure& structure);
 

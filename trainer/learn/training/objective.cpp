@@ -50,12 +50,12 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
   return accumulate(parameters, gradient);
 }
 
-double Objective::validate(const float* parameters) {
+ObjectiveValue Objective::validation(const float* parameters) {
   roll_out_runs(parameters);
   static const LossConfig kStateError;
   loss_ = &kStateError;
   blocks_.draw(*experiment_, rollout_, 0, true, *loss_, *pool_);
-  return accumulate(parameters, nullptr).rmse;
+  return accumulate(parameters, nullptr);
 }
 
 Objective::Workspace::Workspace(const ObserverStructure& structure, const LossConfig& loss)
@@ -73,7 +73,7 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
   estimate.evaluate(rollout_, block.samples, network);
   const bool running = block.kind == BlockKind::kRunning;
   const auto at = running ? EstimateLoss::At::kSamples : EstimateLoss::At::kSegmentEnds;
-  for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares += estimate.squares(i);
+  for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares[i] += estimate.squares(i);
   for_each_loss<EstimateLoss>(*loss_, [&](const EstimateLoss& term, double weight) {
     if (term.at == at)
       term.add(estimate, weight * (running ? blocks_.running_share(block.samples.group) : blocks_.terminal_share()),
@@ -136,7 +136,8 @@ void Objective::prepare_networks(const float* network, const std::vector<double>
 /// Blocks [begin, end): their part of the loss, and of the gradients of T*, T and the eigenvalues.
 void Objective::run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace,
                           ChunkResult& result, bool backward) {
-  result.loss = result.squares = 0.0;
+  result.loss = 0.0;
+  result.squares.assign(structure_->state_mean.size(), 0.0);
   if (backward) workspace.estimate.clear_gradient();
   if (backward && trains_maps()) workspace.maps->clear_gradient();
   for (std::size_t b = begin; b < end; ++b) run_block(blocks_.all()[b], network, workspace, result, backward);
@@ -196,9 +197,15 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   }
   ObjectiveValue value;
   value.loss = by_logarithm;
+  value.state_rmse.assign(structure_->state_mean.size(), 0.0);
   for (const ChunkResult& chunk : results()) {
     value.loss += chunk.loss;
-    value.rmse += chunk.squares / blocks_.total_weight();
+    for (std::size_t i = 0; i < value.state_rmse.size(); ++i)
+      value.state_rmse[i] += chunk.squares[i] / blocks_.total_weight();
+  }
+  for (double& mean_square : value.state_rmse) {
+    value.rmse += mean_square;
+    mean_square = std::sqrt(mean_square);
   }
   value.rmse = std::sqrt(value.rmse);
   for (int r = 0; r < structure_->latent.learned; ++r) {

@@ -23,7 +23,8 @@ namespace nlo::trainer {
 /// The cost as it is minimised, and the state error as a root: in the states' units, or normalised where the loss is.
 struct ObjectiveValue {
   double loss = 0.0;
-  double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
+  double rmse = 0.0;                    ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
+  std::vector<double> state_rmse = {};  ///< n_x, the same of each state
 };
 
 class Objective {
@@ -39,7 +40,8 @@ class Objective {
 
   /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call. Where the
   /// loss is normalised, so is this: else the state of the largest unit alone would choose the model.
-  double validate(const float* parameters);
+  double validate(const float* parameters) { return validation(parameters).rmse; }
+  ObjectiveValue validation(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
   /// Rolls out the segments of flight_segments() at these parameters of the latent system, with noise. The result gives
@@ -52,7 +54,8 @@ class Objective {
 
  private:
   struct ChunkResult {
-    double loss = 0.0, squares = 0.0;
+    double loss = 0.0;
+    std::vector<double> squares;      ///< n_x
     std::vector<float> gradient;      ///< gradient of T* and T
     std::vector<double> eigenvalues;  ///< gradient of the PDE residual by the eigenvalues, n_z
   };

@@ -143,6 +143,8 @@ class Training {
     tune_constants(structure_, experiment_, training_data_, pool_);
     const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
+    const std::vector<float> initial = initial_parameters(structure_, experiment_, rollout);
+    if (starts_as_estimator(structure_)) start_rmse_ = validator_.validation(initial.data()).state_rmse;
     if (options_.resume) {
       const auto parameters = static_cast<std::size_t>(structure_.parameters());
       const std::size_t eigenvalues = structure_.eigenvalues_at(std::vector<float>(parameters).data()).size();
@@ -154,7 +156,7 @@ class Training {
       optimiser_.memory() = state_.memory;
       return;
     }
-    state_.parameters = initial_parameters(structure_, experiment_, rollout);
+    state_.parameters = initial;
     constrain(state_.parameters);
     state_.average = state_.best = state_.parameters;
     const double initial_rmse = validator_.validate(state_.best.data());
@@ -203,12 +205,21 @@ class Training {
   }
 
   void validate(const ObjectiveValue& value, double rate) {
-    const double rmse = validator_.validate(state_.average.data());
-    add_metrics(value, rmse, rate);
-    if (std::isfinite(rmse) && rmse < state_.best_rmse) {
-      state_.best_rmse = rmse;
+    const ObjectiveValue validation = validator_.validation(state_.average.data());
+    add_metrics(value, validation.rmse, rate);
+    if (std::isfinite(validation.rmse) && validation.rmse < state_.best_rmse && !is_behind_start(validation)) {
+      state_.best_rmse = validation.rmse;
       state_.best = state_.average;
     }
+  }
+
+  /// Returns true if a state is estimated worse than by the filter that the training began as. Such a model is not
+  /// kept.
+  bool is_behind_start(const ObjectiveValue& validation) const {
+    constexpr double kWorse = 1.02;
+    for (std::size_t i = 0; i < start_rmse_.size(); ++i)
+      if (validation.state_rmse[i] > kWorse * start_rmse_[i]) return true;
+    return false;
   }
 
   void add_metrics(const ObjectiveValue& value, double validation_rmse, double rate) {
@@ -236,7 +247,10 @@ class Training {
     constexpr int kMostUnusable = 20;  // in a row
     constexpr double kFar = 4.0;       // times the best validation error; noise makes a factor below 2
     if (!clips()) return false;
-    return unusable_ > kMostUnusable || !std::isfinite(value.loss) || value.rmse > kFar * state_.best_rmse;
+    // Segments that begin anywhere have more of a transient than whole validation runs: at the start by this factor.
+    const MetricsRow& first = state_.metrics.front();
+    const double harder = std::max(1.0, first.train_rmse / first.validation_rmse);
+    return unusable_ > kMostUnusable || !std::isfinite(value.loss) || value.rmse > kFar * harder * state_.best_rmse;
   }
 
   void return_to_best() {
@@ -274,7 +288,8 @@ class Training {
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
-  int unusable_ = 0;  ///< gradients in a row that are not finite
+  std::vector<double> start_rmse_;  ///< n_x, validation errors of the filter that training began as; empty: of none
+  int unusable_ = 0;                ///< gradients in a row that are not finite
   static constexpr int kMostReturns = 20;
 };
 
