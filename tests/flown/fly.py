@@ -24,7 +24,9 @@ A table row per flight:
 
 Exit 1 where a flight breaks a promise of docs/monitor.md: the gate costs more than 5 % in nominal flight, after a
 restart, a jump or a gap; nominal flight is told to be lost for more than 1 % of its time and is not in KNOWN_FALSE; a
-lost flight is told in less than 95 % of its lost seconds and is not in KNOWN_SILENT.
+lost flight is told in less than 93 % of its lost seconds and is not in KNOWN_SILENT. A fault lasts for 30 s, so an alarm
+may come 2 s after the estimate is lost. Trainings on processors with other instructions differ in their last bits, and
+such delays differ by some tenths of a second.
 """
 import csv
 import ctypes
@@ -39,7 +41,7 @@ import numpy as np
 
 FAR = 5.0  # times the nominal rms
 LASTING_S, LASTING_SAMPLES = 1.0, 16  # how long, until a flight is lost: the longer of both
-MOST_GATE_COST, MOST_FALSE, LEAST_TOLD = 1.05, 0.01, 0.95
+MOST_GATE_COST, MOST_FALSE, LEAST_TOLD = 1.05, 0.01, 0.93
 LOST_BITS = 1 | 2 | 4  # status, domain, alarm: flown.cpp
 ARMED_BIT, ALARM_SHIFT = 16, 5
 ALARMS = ("", "innovation mean", "innovation variance", "innovation correlation", "latent distance", "missing",
