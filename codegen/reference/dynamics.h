@@ -17,8 +17,8 @@ struct Between {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   const Vector &y, &y_next;  ///< readings, n_r; inputs among them as ReferenceObserver takes them
   const Vector &u, &u_next;  ///< n_u, inputs that act apart from the readings; empty where there are none
-  /// For each output whether it was measured at y_next; the others are held there or fade. Empty: all were.
-  std::vector<bool> arrived = {};
+  /// For each output whether it was measured at y_next; the others are held there or fade. Null: all were.
+  const std::vector<bool>* arrived = nullptr;
 };
 
 template <class Scalar>
@@ -30,8 +30,8 @@ class ReferenceDynamics {
   virtual ~ReferenceDynamics() = default;
 
   /// The first sample: z (n_z x B), so far the initial latent, as it starts with the readings y (n_r x B).
-  ///   arrived  for each output whether it was measured; empty: all were
-  virtual void start(Matrix& z, const Matrix& y, const std::vector<bool>& arrived) const {
+  ///   arrived  for each output whether it was measured; null: all were
+  virtual void start(Matrix& z, const Matrix& y, const std::vector<bool>* arrived) const {
     (void)z;
     (void)y;
     (void)arrived;

@@ -57,7 +57,7 @@ class ReferenceMonitor {
   Eigen::MatrixXd steady_;  // S of relative readings
   FlownRanges ranges_;
   Eigen::VectorXd gain_;      // one smoothing factor per window
-  std::vector<int> not_due_;  // of each reading (fold.h)
+  std::vector<int> not_due_;  // n_r, samples for which a reading is not due (fold.h)
   int armed_after_;
 
   Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows

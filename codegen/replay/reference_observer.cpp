@@ -173,7 +173,7 @@ void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::Vect
     advance(dt_s);
   } else {
     Matrix z = z_;
-    dynamics_->start(z, next_y_, validation_->arrived());
+    dynamics_->start(z, next_y_, &validation_->arrived());
     z_ = z;
   }
   if (started_) turn_back();
@@ -196,7 +196,7 @@ void ReferenceObserver<Scalar>::advance(double dt_s) {
   // A command given now has acted since the last sample.
   const auto read = static_cast<Eigen::Index>(model_->inputs.size());
   if (model_->input_hold == Hold::kZeroOrder) last_y_.segment(model_->ny(), read) = next_y_.segment(model_->ny(), read);
-  dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_, validation_->arrived()}, dt_s);
+  dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_, &validation_->arrived()}, dt_s);
   if (is_latent(candidate_)) {
     z_ = candidate_;
   } else {

@@ -26,6 +26,7 @@ void SampleValidation::reset() {
   status_ = StepStatus::kOk;
   not_due_.resize(static_cast<std::size_t>(y_.size() + u_.size()), 0);  // an input is due in every sample
   health_.assign(not_due_.size(), Health{});
+  arrived_.assign(model_.outputs.size(), false);
   for (std::size_t i = 0; i < health_.size(); ++i)  // a slow output has never arrived
     if (not_due_[i] > 0) health_[i] = {most_missing(not_due_[i]) + 1, true};
   started_ = false;
@@ -85,12 +86,6 @@ bool SampleValidation::clamped() const {
   return std::any_of(health_.begin(), health_.end(), [](const Health& h) { return h.clamped; });
 }
 
-std::vector<bool> SampleValidation::arrived() const {
-  std::vector<bool> all;
-  for (std::size_t j = 0; j < model_.outputs.size(); ++j) all.push_back(!health_[j].held);
-  return all;
-}
-
 int SampleValidation::missed_samples(double dt_s) const {
   const double periods = dt_s / model_.sample_period_s;
   return started_ && periods > 1.5 ? static_cast<int>(std::round(periods)) - 1 : 0;
@@ -104,7 +99,7 @@ bool SampleValidation::may_fail(std::size_t channel) const {
 SampleValidation::Filled SampleValidation::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
   const SensorFailures& failures = model_.failures;
   const auto size = static_cast<std::size_t>(readings.size());
-  Filled filled{std::vector<bool>(size, false), std::vector<bool>(size, false)};
+  Filled filled{std::vector<bool>(size, false), std::vector<int>(size, 0)};
   const double keep = started_ ? std::exp(-dt_s / failures.staleness_s) : 0.0;
   for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
     const Eigen::Index output = failures.outputs[i];
@@ -114,8 +109,8 @@ SampleValidation::Filled SampleValidation::fill_missing(Eigen::VectorXd& reading
     const bool given = std::isfinite(readings(output));
     if (not_due_[channel] > 0) {
       const Health& h = health_[channel];
-      const int age = (h.held || h.clamped ? h.count : 0) + missed_samples(dt_s) + 1;
-      filled.absent[channel] = !given;
+      int& age = filled.age[channel];
+      if (!given) age = (h.held || h.clamped ? h.count : 0) + missed_samples(dt_s) + 1;
       if (!given && age <= most_missing(not_due_[channel])) readings(output) = y_(output);
     }
     const bool missing = !std::isfinite(readings(output));
@@ -166,14 +161,13 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     }
     const bool held = !std::isfinite(good_y(j));
     const auto channel = static_cast<std::size_t>(j);
-    const Health before = health_[channel];
+    const bool was_clamped = health_[channel].clamped;
     update(j, held, clamped);
     if (not_due_[channel] > 0 && may_fail(channel)) {
       Health& h = health_[channel];
-      if (filled.absent[channel]) {
-        const int age = (before.held || before.clamped ? before.count : 0) + missed + 1;
+      if (const int age = filled.age[channel]; age > 0) {
         const bool late = age > most_missing(not_due_[channel]);
-        h = {std::min(age, 1 << 20), true, before.clamped && !late, missed > 0};
+        h = {std::min(age, 1 << 20), true, was_clamped && !late, missed > 0};
       } else if (h.clamped) {
         h.count = 1;
       }
@@ -185,6 +179,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     // Before the first sample that all others have: what has arrived is kept.
     if (!started_ && not_due_[channel] > 0 && std::isfinite(good_y(j))) y_(j) = good_y(j);
   }
+  for (std::size_t j = 0; j < arrived_.size(); ++j) arrived_[j] = !health_[j].held;
   for (Eigen::Index i = 0; i < good_u.size(); ++i) {
     const bool held = !std::isfinite(good_u(i));
     update(y.size() + i, held, false);

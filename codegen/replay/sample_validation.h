@@ -40,7 +40,8 @@ class SampleValidation {
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
   StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld, kStale or kOutOfRange
   bool clamped() const;                            ///< a reading of the last sample
-  std::vector<bool> arrived() const;               ///< for each output: it was measured, neither held nor missing
+  /// For each output: it was measured in the last sample, neither held nor missing.
+  const std::vector<bool>& arrived() const { return arrived_; }
 
   /// Status of one output in the last sample.
   StepStatus status(Eigen::Index output) const { return status_of(static_cast<std::size_t>(output)); }
@@ -68,16 +69,19 @@ class SampleValidation {
   int stale_after_;
   std::vector<int> not_due_;  ///< for each channel (fold.h)
   FlownRanges ranges_;
-  /// Fills in missing outputs. Returns for each reading: an output that may fail is missing; a slow one is absent.
+  /// For each reading: whether an output that may fail is missing, and the samples since a slow one arrived.
   struct Filled {
-    std::vector<bool> missing, absent;
+    std::vector<bool> missing;
+    std::vector<int> age;
   };
+  /// Fills in missing outputs.
   Filled fill_missing(Eigen::VectorXd& readings, double dt_s) const;
   int missed_samples(double dt_s) const;
   bool may_fail(std::size_t channel) const;
 
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
+  std::vector<bool> arrived_;
   std::vector<Health> health_;  ///< health of each reading, then of each input that is no reading
   bool started_ = false;
 };

@@ -46,7 +46,7 @@ class CarriedDynamics final : public ReferenceDynamics<Scalar> {
         sample_period_s_(m.sample_period_s),
         unit_length_(std::get<Carried>(m.structure).unit_length) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>&) const override {
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>*) const override {
     for (Eigen::Index j = 0; j < ny_; ++j) {
       Matrix own = rows(z, j);
       latent_.start(own, y.row(j));

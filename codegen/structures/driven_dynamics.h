@@ -29,7 +29,7 @@ class DrivenDynamics final : public ReferenceDynamics<Scalar> {
         field_weights_(own_part<DrivenKkl>(m).input_field.weights.cast<Scalar>()),
         field_bias_(own_part<DrivenKkl>(m).input_field.bias.cast<Scalar>()) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>&) const override { latent_.start(z, y); }
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>*) const override { latent_.start(z, y); }
 
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
     if (dt_s == model_.sample_period_s) return advance_by(nominal_, 1, z, over);

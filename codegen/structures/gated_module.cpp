@@ -23,7 +23,7 @@ class GatedDynamics final : public ReferenceDynamics<Scalar> {
       : sample_period_s_(m.sample_period_s),
         units_(own_part<Gated>(m).gates, own_part<Gated>(m).candidate, activations) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>&) const override {
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>*) const override {
     z = units_.stepped(z, y, Scalar(1));
   }
 
@@ -47,7 +47,7 @@ class IntegerGatedDynamics final : public ReferenceDynamics<float> {
   IntegerGatedDynamics(const Model& m, const QuantisedUnits& units)
       : sample_period_s_(m.sample_period_s), units_(units), in_float_(m, Activations::kRuntime) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>&) const override {
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>*) const override {
     for (Eigen::Index b = 0; b < z.cols(); ++b) z.col(b) = stepped(units_, z.col(b), y.col(b), true, 1.0F);
   }
   void advance(Vector& z, const Between<float>& over, double dt_s) override {

@@ -20,7 +20,7 @@ class KklDynamics final : public ReferenceDynamics<Scalar> {
 
   explicit KklDynamics(const Model& m) : latent_(m) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>&) const override { latent_.start(z, y); }
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>*) const override { latent_.start(z, y); }
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override { latent_.advance(z, over, dt_s); }
   Matrix slope(const Matrix& z, const Matrix& y, const Vector&) const override { return latent_.slope(z, y); }
 

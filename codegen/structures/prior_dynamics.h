@@ -31,7 +31,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
         units_(own_.gates, own_.candidate, activations),
         correction_(own_.correction, activations) {}
 
-  void start(Matrix& z, const Matrix& y, const std::vector<bool>& arrived) const override {
+  void start(Matrix& z, const Matrix& y, const std::vector<bool>* arrived) const override {
     correct(z, y, arrived, Scalar(1));
   }
 
@@ -64,12 +64,12 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = kept_within(x(i), own_.state_min(i), own_.state_max(i));
   }
 
-  static bool has_arrived(const std::vector<bool>& arrived, Eigen::Index j) {
-    return arrived.empty() || arrived[static_cast<std::size_t>(j)];
+  static bool has_arrived(const std::vector<bool>* arrived, Eigen::Index j) {
+    return arrived == nullptr || (*arrived)[static_cast<std::size_t>(j)];
   }
 
   /// z = [m; x-; p-] becomes [m; x; p], column by column.
-  void correct(Matrix& z, const Matrix& readings, const std::vector<bool>& arrived, Scalar periods) const {
+  void correct(Matrix& z, const Matrix& readings, const std::vector<bool>* arrived, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried(),
                        units = z.rows() - carried;
     Matrix w(2 * ny + readings.rows() + nx, z.cols()), nu(ny, z.cols());
@@ -105,7 +105,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
   }
 
   /// Returns the correction that an extended Kalman filter's measurement adds to x, and updates the covariance in x.
-  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, const std::vector<bool>& arrived,
+  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, const std::vector<bool>* arrived,
                   Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny();
     const auto noise = [&](const Eigen::VectorXd& unit, Eigen::Index at, Eigen::Index row) {

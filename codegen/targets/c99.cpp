@@ -176,7 +176,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
   values.merge(c99_readings(m, name, init));
   values.merge(ranges(m, folded.ranges, init));
   for (const auto& [key, value] : own) values[key] = value;
-  for (const char* part : {"PIECES", "SLOPE", "LINEAR", "LATENT", "WARM_START", "WARM_START_BODY"})
+  for (const char* part : {"PIECES", "SLOPE", "LINEAR", "LATENT", "WARM_START", "WARM_START_BODY", "FILL_MISSING"})
     if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
   add_c99_monitor(m, init, values);
   return values;

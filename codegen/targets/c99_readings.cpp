@@ -52,50 +52,6 @@ bool has_slow_failing(const Model& m) {
   return std::ranges::any_of(m.failures.outputs, [&](int j) { return samples[static_cast<std::size_t>(j)] > 0; });
 }
 
-/// As nlo/observer_core.h: a slow output holds its last value until it is late; its health counts since its last one.
-void set_slow_failures(const std::string& suffix, Values& values) {
-  std::string& text = values["FILL_MISSING"];
-  const auto replace = [&text](const std::string& from, const std::string& to) {
-    const std::size_t at = text.find(from);
-    text.replace(at, from.size(), to);
-  };
-  replace("static void fill_missing(",
-          "// Returns the health of a slow output in a sample that does not bring it.\n"
-          "static uint16_t absent_health(uint16_t last, uint16_t not_due) {\n"
-          "  const uint16_t next = counted_on(last, 1U, (uint16_t)(1U | (last & 2U)));\n"
-          "  return (((next / 4U) > most_missing(not_due)) && is_clamped(next)) ? (uint16_t)(next - 2U) : next;\n"
-          "}\n\n"
-          "// A slow output holds its last value until it is late by half its period.\n"
-          "static void fill_missing(");
-  replace("bool* missing) {\n", "bool* missing, uint16_t* absent) {\n");
-  replace("    missing[i] = !is_finite(readings[j]);\n",
-          "    absent[i] = 0U;\n"
-          "    if ((kNotDue[j] > 0U) && !is_finite(readings[j])) {\n"
-          "      absent[i] = absent_health(o->health[j], kNotDue[j]);\n"
-          "      if ((absent[i] / 4U) <= most_missing(kNotDue[j])) { readings[j] = o->y[j]; }\n"
-          "    }\n"
-          "    missing[i] = !is_finite(readings[j]);\n");
-  replace("const bool* missing) {\n", "const bool* missing, const uint16_t* absent) {\n");
-  replace("    if (missing[i]) { o->health[kMayFail[i]] = 5U; }\n",
-          "    uint16_t* health = &o->health[kMayFail[i]];\n"
-          "    if (absent[i] != 0U) {\n"
-          "      *health = absent[i];\n"
-          "    } else if (kNotDue[kMayFail[i]] > 0U) {\n"
-          "      if (is_clamped(*health)) { *health = (uint16_t)(4U | (*health % 4U)); }\n"
-          "    } else {\n"
-          "      if (missing[i]) { *health = 5U; }\n"
-          "    }\n");
-  values["FILL"] = fmt::format(
-      "  bool missing[kNf];\n  uint16_t absent[kNf];\n"
-      "  fill_missing(o, given, (o->started == 1U) ? step->keep : 0.0{}, missing, absent);\n",
-      suffix);
-  values["NOTE_MISSING"] = "  mark_missing(o, missing, absent);\n";
-  values["FILL_START"] = fmt::format(
-      "  bool missing[kNf];\n  uint16_t absent[kNf];\n  fill_missing(observer, given, 0.0{}, missing, absent);\n",
-      suffix);
-  values["NOTE_MISSING_START"] = "  mark_missing(observer, missing, absent);\n";
-}
-
 /// As nlo/sensor_failures.h.
 void set_failures(const Model& m, const std::string& name, const Initialiser& init, Values& values) {
   const SensorFailures& f = m.failures;
@@ -106,32 +62,21 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["KEEP_VALUE"] = ",\n    " + init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s");
   values["KEEP_OVER"] = fmt::format("  step->keep = decay_minus_1({0} * h) + 1.0{1};  // exp(-h / staleness_s)\n",
                                     init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix);
-  values["FILL_MISSING"] = fmt::format(
-      "static const IN_FLASH int kMayFail[kNf] = {{{1}}};\n\n"
-      "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
-      "static void fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep, bool* missing) {{\n"
-      "  static const IN_FLASH Scalar kRest[kNf] = {2};\n"
-      "  for (int i = 0; i < kNf; ++i) {{\n"
-      "    const int j = kMayFail[i], s = (kNr - kNf) + i;\n"
-      "    missing[i] = !is_finite(readings[j]);\n"
-      "    readings[s] = missing[i] ? (1.0{3} - (keep * (1.0{3} - o->y[s]))) : (keep * o->y[s]);\n"
-      "    if (missing[i]) {{ readings[j] = kRest[i] + (keep * (o->y[j] - kRest[i])); }}\n"
-      "  }}\n"
-      "}}\n\n"
-      "// It is held while it is missing, and never counts towards stale.\n"
-      "static void mark_missing({0}_observer* o, const bool* missing) {{\n"
-      "  for (int i = 0; i < kNf; ++i) {{\n"
-      "    if (missing[i]) {{ o->health[kMayFail[i]] = 5U; }}\n"
-      "  }}\n"
-      "}}\n\n",
-      name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
-  values["FILL"] = fmt::format(
-      "  bool missing[kNf];\n  fill_missing(o, given, (o->started == 1U) ? step->keep : 0.0{}, missing);\n", suffix);
-  values["NOTE_MISSING"] = "  mark_missing(o, missing);\n";
-  values["FILL_START"] =
-      fmt::format("  bool missing[kNf];\n  fill_missing(observer, given, 0.0{}, missing);\n", suffix);
-  values["NOTE_MISSING_START"] = "  mark_missing(observer, missing);\n";
-  if (has_slow_failing(m)) set_slow_failures(suffix, values);
+  values["FILL_MISSING"] = "c99/may_fail.c.in";
+  values["MAY_FAIL"] = fmt::format("{{{}}}", fmt::join(f.outputs.begin(), f.outputs.end(), ", "));
+  values["REST_OF_MISSING"] = init.vector(f.rest, "may_fail.rest");
+  const bool fades = !values["FADES"].empty();
+  const auto fill = [&](const char* observer, const std::string& keep) {
+    return fmt::format("  bool missing[kNf];\n{}  fill_missing({}, given, {}0.0{}, missing{});\n",
+                       fades ? "  uint16_t absent[kNf];\n" : "", observer, keep, suffix, fades ? ", absent" : "");
+  };
+  const auto mark = [&](const char* observer) {
+    return fmt::format("  mark_missing({}, missing{});\n", observer, fades ? ", absent" : "");
+  };
+  values["FILL"] = fill("o", "(o->started == 1U) ? step->keep : ");
+  values["NOTE_MISSING"] = mark("o");
+  values["FILL_START"] = fill("observer", "");
+  values["NOTE_MISSING_START"] = mark("observer");
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",

@@ -119,7 +119,7 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
 }
 
 /// z of all samples of the segments: rows x (groups, lanes, samples).
-using Latents = std::map<std::array<int, 3>, std::vector<float>>;  // of a group, a time and a lane
+using Latents = std::map<std::array<int, 3>, std::vector<float>>;  // z by group, time and lane
 
 void keep_latents(int index, int first, const SegmentGroup& piece, int rows, Latents& all) {
   for (int t = 0; t < piece.length; ++t)

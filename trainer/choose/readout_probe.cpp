@@ -181,7 +181,8 @@ MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
   }();
   const auto dynamics = structure.module->latent_dynamics(experiment, structure, data_.steps_s, pool_.threads());
   dynamics->prepare(initial_dynamics(structure, experiment).data());
-  std::vector<std::vector<Index>> columns((segments_.size() + kGroup - 1) / kGroup);  // of each group, by time
+  // Columns of u that each group fills, in the order of time.
+  std::vector<std::vector<Index>> columns((segments_.size() + kGroup - 1) / kGroup);
   for (Index k = 0; k < count; ++k)
     columns[static_cast<std::size_t>(samples_[static_cast<std::size_t>(k)].group)].push_back(k);
   const auto time = [&](Index k) { return samples_[static_cast<std::size_t>(k)].time; };

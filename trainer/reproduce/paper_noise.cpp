@@ -46,7 +46,7 @@ JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& pl
   Eigen::MatrixXd x = initial, z = model.initial_latent.replicate(1, batch);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const Eigen::MatrixXd y1 = measured(x);
-    if (k == 0) latent->start(z, y1, {});
+    if (k == 0) latent->start(z, y1, nullptr);
     for (Eigen::Index i = 0; i < batch; ++i) {
       run.latent[static_cast<std::size_t>(i)].col(k) = z.col(i);
       run.outputs[static_cast<std::size_t>(i)].col(k) = y1.col(i);

@@ -111,15 +111,18 @@ void copy_rows(const SegmentGroup& group, const std::vector<float>& from, int ro
     std::copy_n(from.data() + group.at(row, first), piece.at(1, 0), to.data() + piece.at(row, 0));
 }
 
+void roll_out_whole(SegmentGroup& group, LatentDynamics& dynamics, int thread) {
+  group.latent.resize(group.at(dynamics.rows(), 0));
+  dynamics.forward(group, thread);
+}
+
 }  // namespace
 
 void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
                   std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
                   const NoiseConfig& input_noise) {
   gather_all(segments, noise, seed, purpose, step, pool, input_noise, [&](int index, int thread) {
-    SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
-    group.latent.resize(group.at(dynamics.rows(), 0));
-    dynamics.forward(group, thread);
+    roll_out_whole(groups_[static_cast<std::size_t>(index)], dynamics, thread);
   });
 }
 
@@ -129,8 +132,7 @@ void Rollout::run_in_pieces(const std::vector<Segment>& segments, LatentDynamics
   gather_all(segments, noise, seed, purpose, step, pool, input_noise, [&](int index, int thread) {
     SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
     if (!dynamics.continues() || group.length <= length) {
-      group.latent.resize(group.at(dynamics.rows(), 0));
-      dynamics.forward(group, thread);
+      roll_out_whole(group, dynamics, thread);
       visit(index, 0, group);
       group = SegmentGroup();
       return;
@@ -238,11 +240,10 @@ void Rollout::mark_held(int index) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
     if (run.held.empty()) continue;
-    group.held.resize(group.at(data_->ny, 0), 0);
     for (int j = 0; j < data_->ny; ++j)
       for (int t = 1; t < segment.length; ++t)
-        group.held[group.at(j, t) + static_cast<std::size_t>(l)] =
-            run.held[static_cast<std::size_t>(j * run.samples + segment.start + t)];
+        if (run.held[static_cast<std::size_t>(j * run.samples + segment.start + t)] != 0)
+          group.hold(data_->ny, j, static_cast<std::size_t>(t * kGroup + l));
   }
 }
 
@@ -310,10 +311,7 @@ void Rollout::fill_missing(int index) {
         age = std::isnan(y[at]) ? age + 1 + (t == 0 ? 0 : data_->missed[step]) : 0;
         if (not_due > 0 && age > 0 && age <= most) y[at] = last_y;
         const bool missing = std::isnan(y[at]);
-        if (age > 0) {
-          group.held.resize(group.at(data_->ny, 0), 0);
-          group.held[group.at(failures.outputs[i], 0) + static_cast<std::size_t>(at)] = 1;
-        }
+        if (age > 0) group.hold(data_->ny, failures.outputs[i], static_cast<std::size_t>(at));
         if (missing) y[at] = rest + keep * (last_y - rest);
         stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;
         last_y = y[at];

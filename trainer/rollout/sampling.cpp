@@ -58,6 +58,10 @@ double segment_length_s(const TrainingConfig& training, long step) {
 
 }  // namespace
 
+bool trains_whole_runs(const TrainingConfig& training) {
+  return training.mode == TrainingMode::kFullBatch || training.segment_s == 0.0;
+}
+
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step) {
   const TrainingConfig& training = experiment.training;
   std::vector<Segment> segments;

@@ -10,6 +10,9 @@
 
 namespace nlo::trainer {
 
+/// Returns true if every segment of the training begins where its run does, at full length.
+bool trains_whole_runs(const TrainingConfig& training);
+
 /// Draws the segments of a step: whole runs (full_batch) or random segments, mirrored at random and with a noise level
 /// as configured.
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step);

@@ -70,17 +70,14 @@ void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& ra
   float* y = group.readings.data() + group.at(row, 0);
   for (int l = 0; l < kGroup; ++l) {
     bool out = false;
-    float last = y[l];  // of a slow output
+    float last = y[l];  // last value that the output has sent
     for (int t = 1; t < group.length; ++t) {
       const int at = t * kGroup + l;
       out = draws[static_cast<std::size_t>(at)] < static_cast<float>(out ? odds.goes_on : odds.begins);
       if (slow && std::isnan(y[at])) continue;
       if (!out) last = y[at];
       if (!out) continue;
-      if (kind == OutageKind::kMissing && row < data_->ny) {
-        group.held.resize(group.at(data_->ny, 0), 0);
-        group.held[group.at(row, 0) + static_cast<std::size_t>(at)] = 1;
-      }
+      if (kind == OutageKind::kMissing && row < data_->ny) group.hold(data_->ny, row, static_cast<std::size_t>(at));
       const float before = slow ? last : y[at - kGroup];
       y[at] = kind == OutageKind::kDead ? dead : told ? std::numeric_limits<float>::quiet_NaN() : before;
     }

@@ -12,6 +12,7 @@
 #include "trainer/config/keys.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/plants/equations_of_plant.h"
+#include "trainer/rollout/sampling.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/failing_sensors.h"
 #include "trainer/structures/known_equations.h"
@@ -130,7 +131,7 @@ class PriorStructure final : public TrainableStructure {
     own.readings = structure.readings;
     own.inputs = structure.inputs;
     own.commands = experiment.observer.input_hold == Hold::kZeroOrder;
-    own.whole_runs = experiment.training.mode == TrainingMode::kFullBatch || experiment.training.segment_s == 0.0;
+    own.whole_runs = trains_whole_runs(experiment.training);
     own.noisy = !std::ranges::all_of(experiment.training.all_noise().parts, &NoiseConfig::none);
     structure.latent.rows = own.units + own.carried();
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),

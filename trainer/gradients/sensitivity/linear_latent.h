@@ -83,6 +83,12 @@ struct SegmentGroup {
   std::vector<double> gradient;  ///< dl/d(parameters), n learned rows
   bool continues = false;        ///< latent holds z of sample 0: the group continues longer segments
 
+  /// Marks output `row` as not measured at place `i` of its row, time * 8 + lane. `outputs`: n_y.
+  void hold(int outputs, int row, std::size_t i) {
+    held.resize(at(outputs, 0), 0);
+    held[at(row, 0) + i] = 1;
+  }
+
   std::size_t at(int row, int time) const {
     return (static_cast<std::size_t>(row) * static_cast<std::size_t>(length) + static_cast<std::size_t>(time)) * kGroup;
   }

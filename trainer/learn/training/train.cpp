@@ -143,8 +143,12 @@ class Training {
     tune_constants(structure_, experiment_, training_data_, pool_);
     const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
-    const std::vector<float> initial = initial_parameters(structure_, experiment_, rollout);
-    if (starts_as_estimator(structure_)) start_rmse_ = validator_.validation(initial.data()).state_rmse;
+    std::vector<float> initial = initial_parameters(structure_, experiment_, rollout);
+    constrain(initial);
+    ObjectiveValue untrained;
+    const bool is_estimator = starts_as_estimator(structure_);
+    if (is_estimator || !options_.resume) untrained = validator_.validation(initial.data());
+    if (is_estimator) start_rmse_ = untrained.state_rmse;
     if (options_.resume) {
       const auto parameters = static_cast<std::size_t>(structure_.parameters());
       const std::size_t eigenvalues = structure_.eigenvalues_at(std::vector<float>(parameters).data()).size();
@@ -156,22 +160,19 @@ class Training {
       optimiser_.memory() = state_.memory;
       return;
     }
-    state_.parameters = initial;
-    constrain(state_.parameters);
-    state_.average = state_.best = state_.parameters;
-    const double initial_rmse = validator_.validate(state_.best.data());
+    state_.parameters = state_.average = state_.best = initial;
     // tanh hides NaN, so the features are checked, too.
     const bool finite = std::all_of(structure_.features.begin(), structure_.features.end(), [](const Feature& feature) {
       return std::isfinite(feature.mean) && std::isfinite(feature.scale);
     });
-    if (!finite || !std::isfinite(initial_rmse)) {
+    if (!finite || !std::isfinite(untrained.rmse)) {
       throw codegen::Error(
           "the error of the untrained observer is not finite: the data holds a number that is not, or the latent "
           "system is unstable at this sample period (hold \"rk4\" with |eigenvalue| * period above 2.78); use hold "
           "\"first_order\" or slower eigenvalues");
     }
-    state_.best_rmse = initial_rmse;
-    add_metrics(objective_.evaluate(state_.parameters.data(), 0, nullptr), initial_rmse,
+    state_.best_rmse = untrained.rmse;
+    add_metrics(objective_.evaluate(state_.parameters.data(), 0, nullptr), untrained.rmse,
                 experiment_.training.learning_rate);
   }
 

@@ -35,7 +35,7 @@ std::vector<Segment> tuning_segments(const Experiment& experiment, const Trainin
     segments.push_back(runs[i]);
     segments.back().length = static_cast<int>(std::min<std::ptrdiff_t>(runs[i].length, kMostSamples));
   }
-  if (experiment.training.mode == TrainingMode::kFullBatch || experiment.training.segment_s == 0.0) return segments;
+  if (trains_whole_runs(experiment.training)) return segments;
   for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
   return segments;
 }
