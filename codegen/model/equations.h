@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions, from which an observer's prior is
-// made. One text serves all arithmetics: double and float, lanes side by side and back, intervals.
+// made. One text serves all arithmetics: double and float, lanes side by side
+// (trainer/structures/equation_tape.h), intervals.
 #pragma once
 
 #include <nlo/covariance.h>
@@ -63,29 +64,19 @@ class Equations {
   void output(const Value* x, Value* y) const {
     output_.evaluate(readings<Value>(x, nullptr), y);
   }
-  /// Adds to `to_x` (n_x) from the cotangents of y and of its slopes.
-  template <class Value>
-  void output_back(const Value* x, const Value* to_y, Value* to_x) const {
-    std::array<Value, kMostReadings> to;
-    to.fill(Value(0.0));
-    output_.pull_back(readings<Value>(x, nullptr), to_y, to.data());
-    for (int i = 0; i < nx_; ++i) to_x[i] = to_x[i] + to[static_cast<std::size_t>(i)];
-  }
-
   /// d[x; p]/dt from [x; p] and u (n_u).
   template <class Value>
   void derivative(const Value* x, const Value* u, Value* dx) const {
     derivative_.evaluate(readings<Value>(x, u), dx);
   }
 
-  /// The points at which a step of RK4 evaluated the equations.
-  template <class Value>
-  using Stages = std::array<std::array<Value, kMostCarried>, 4>;
+  /// Where in a step RK4 evaluates the equations, and the weights of their values.
+  static constexpr std::array kParts = {0.0, 0.5, 0.5, 1.0}, kWeights = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
   /// [x; p] `h` seconds on, in place, by one step of RK4.
   ///   inputs(c, u)  writes u (n_u) at the part c in [0, 1] of the step
   template <class Value, class Inputs>
-  void step(Value* x, const Value& h, const Inputs& inputs, Stages<Value>* stages = nullptr) const {
+  void step(Value* x, const Value& h, const Inputs& inputs) const {
     std::array<Value, kMostCarried> at, k, sum;
     std::array<Value, kMostInputs> u;
     const auto n = static_cast<std::size_t>(carried());
@@ -93,7 +84,6 @@ class Equations {
       for (std::size_t r = 0; r < n; ++r) at[r] = i == 0 ? x[r] : x[r] + h * (Value(kParts[i]) * k[r]);
       inputs(kParts[i], u.data());
       derivative(at.data(), u.data(), k.data());
-      if (stages != nullptr) std::copy_n(at.begin(), n, (*stages)[i].begin());
       for (std::size_t r = 0; r < n; ++r) {
         const Value part = Value(kWeights[i]) * k[r];
         sum[r] = i == 0 ? part : sum[r] + part;
@@ -101,30 +91,9 @@ class Equations {
     }
     for (std::size_t r = 0; r < n; ++r) x[r] = x[r] + h * sum[r];
   }
-  /// The cotangent of [x; p] after a step becomes that of before it, in place.
-  template <class Value, class Inputs>
-  void step_back(const Stages<Value>& stages, const Value& h, const Inputs& inputs, Value* cotangent) const {
-    std::array<Value, kMostCarried> to_k, next;
-    std::array<Value, kMostReadings> to_at;
-    std::array<Value, kMostInputs> u;
-    const auto n = static_cast<std::size_t>(carried());
-    std::copy_n(cotangent, n, next.begin());
-    for (std::size_t i = kParts.size(); i-- > 0;) {
-      for (std::size_t r = 0; r < n; ++r) {
-        to_k[r] = h * (Value(kWeights[i]) * next[r]);
-        if (i + 1 < kParts.size()) to_k[r] = to_k[r] + h * (Value(kParts[i + 1]) * to_at[r]);
-      }
-      to_at.fill(Value(0.0));
-      inputs(kParts[i], u.data());
-      derivative_.pull_back(readings<Value>(stages[i].data(), u.data()), to_k.data(), to_at.data());
-      for (std::size_t r = 0; r < n; ++r) cotangent[r] = cotangent[r] + to_at[r];
-    }
-  }
 
  private:
   static constexpr std::size_t kMostParameters = 64;
-  static constexpr std::size_t kMostReadings = kMostCarried + kMostInputs + kMostParameters;
-  static constexpr std::array kParts = {0.0, 0.5, 0.5, 1.0}, kWeights = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
   /// Behind f, the rows of dP/dt.
   void append_covariance(std::vector<Expression>& derivative) const;

@@ -202,20 +202,6 @@ Expression::Expression(std::vector<Node> nodes) : nodes_(std::move(nodes)) {
 }
 
 void Expression::finish() {
-  std::vector<std::size_t> pending;
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const Kind kind = nodes_[i].kind;
-    const bool leaf = kind == Kind::kNumber || kind == Kind::kReading;
-    const bool one = kind == Kind::kFunction || kind == Kind::kSquare;
-    if (!leaf) pending.pop_back();
-    if (!leaf && !one) {
-      lefts_.push_back(pending.back());
-      pending.pop_back();
-    } else {
-      lefts_.push_back(i);
-    }
-    pending.push_back(i);
-  }
   for (const Node& node : nodes_)
     if (node.kind == Kind::kReading) reads_.push_back(node.reading);
   std::sort(reads_.begin(), reads_.end());

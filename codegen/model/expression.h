@@ -67,49 +67,6 @@ class Expression {
     return stack[0];
   }
 
-  /// Propagates the cotangent of its value to its readings: calls take(j, cotangent) for each occurrence of reading j.
-  template <class Value, class Reading, class Take>
-  void pull_back(const Reading& reading, const Value& cotangent, const Take& take) const {
-    if (nodes_.size() == 1 && nodes_[0].kind == Kind::kReading) return take(nodes_[0].reading, cotangent);
-    std::vector<Value> values(nodes_.size()), to(nodes_.size());
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      const Node& node = nodes_[i];
-      const auto operand = [&](std::size_t at) { return values[at]; };
-      if (node.kind == Kind::kNumber) values[i] = Value(node.number);
-      if (node.kind == Kind::kReading) values[i] = reading(node.reading);
-      if (node.kind == Kind::kFunction) values[i] = value_of(node.function, operand(i - 1));
-      if (node.kind == Kind::kSquare) values[i] = square(operand(i - 1));
-      if (node.kind == Kind::kSum) values[i] = operand(lefts_[i]) + operand(i - 1);
-      if (node.kind == Kind::kDifference) values[i] = operand(lefts_[i]) - operand(i - 1);
-      if (node.kind == Kind::kProduct) values[i] = operand(lefts_[i]) * operand(i - 1);
-      if (node.kind == Kind::kQuotient) values[i] = operand(lefts_[i]) / operand(i - 1);
-    }
-    to.back() = cotangent;
-    for (std::size_t i = nodes_.size(); i-- > 0;) {
-      const Node& node = nodes_[i];
-      const Value& own = to[i];
-      if (node.kind == Kind::kNumber) continue;
-      if (node.kind == Kind::kReading) {
-        take(node.reading, own);
-        continue;
-      }
-      Value &right = to[i - 1], &left = to[lefts_[i]];
-      if (node.kind == Kind::kFunction) right = own * slope_of(node.function, values[i - 1], values[i]);
-      if (node.kind == Kind::kSquare) right = Value(2.0) * own * values[i - 1];
-      if (node.kind == Kind::kSum || node.kind == Kind::kDifference) left = own;
-      if (node.kind == Kind::kSum) right = own;
-      if (node.kind == Kind::kDifference) right = Value(0.0) - own;
-      if (node.kind == Kind::kProduct) {
-        left = own * values[i - 1];
-        right = own * values[lefts_[i]];
-      }
-      if (node.kind == Kind::kQuotient) {
-        left = own / values[i - 1];
-        right = Value(0.0) - left * values[i];
-      }
-    }
-  }
-
   /// As C and C++ write it, with texts for a reading, for a number, and for a product that is a part of a sum, or that
   /// a function takes. `is_part`: of a sum that is elsewhere.
   std::string text(const std::function<std::string(int)>& reading, const std::function<std::string(double)>& number,
@@ -131,8 +88,6 @@ class Expression {
   void finish();
 
   std::vector<Node> nodes_;
-  /// Left operand of each node. The right or only operand stands directly before the node.
-  std::vector<std::size_t> lefts_;
   std::vector<int> reads_;
 };
 

@@ -28,20 +28,6 @@ struct SharedExpressions {
     for (const Expression& row : rows) *values++ = row.template evaluate<Value>(all);
   }
 
-  /// From the cotangents of the rows to those of the readings below `first`: added to `to`.
-  template <class Value, class Reading>
-  void pull_back(const Reading& reading, const Value* of_rows, Value* to) const {
-    std::vector<Value> shared(parts.size()), to_shared(parts.size(), Value(0.0));
-    const auto all = [&](int j) { return j < first_ ? reading(j) : shared[static_cast<std::size_t>(j - first_)]; };
-    const auto take = [&](int j, const Value& cotangent) {
-      Value& sum = j < first_ ? to[j] : to_shared[static_cast<std::size_t>(j - first_)];
-      sum = sum + cotangent;
-    };
-    for (std::size_t k = 0; k < parts.size(); ++k) shared[k] = parts[k].template evaluate<Value>(all);
-    for (const Expression& row : rows) row.pull_back(all, *of_rows++, take);
-    for (std::size_t k = parts.size(); k-- > 0;) parts[k].pull_back(all, to_shared[k], take);
-  }
-
  private:
   int first_ = 0;
 };

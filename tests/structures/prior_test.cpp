@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/model/expression_derivative.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
@@ -17,6 +18,7 @@
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/training/train.h"
 #include "trainer/plants/plant_expression.h"
+#include "trainer/structures/equation_tape.h"
 #include "trainer/structures/prior_lanes.h"
 
 namespace nlo::trainer {
@@ -144,6 +146,42 @@ TEST(PriorLanes, AClampedStateHasNoGradient) {
   PriorProblem problem(40, true, 0.6);
   EXPECT_LT(problem.worst_of_gradient(), 3e-8);
   EXPECT_TRUE(problem.touches_range()) << "control";
+}
+
+// Finite differences of the tape would not show a number that is combined wrongly: value and slope would agree.
+TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
+  const std::vector<std::string> names = {"a", "b", "c"};
+  std::vector<codegen::Expression> all;
+  for (const char* text : {"a", "c", "3", "2 * c", "a + c - 2", "c - a - 1", "a - b", "a * c * b", "a / c", "c / a",
+                           "a / b", "(a + b)^2 / (1 + a^2)", "2 / (3 + b) - a / 4", "sin(a) * cos(a) - tan(b / 3)",
+                           "tanh(b) + exp(-a) * ln(2 + a^2)", "sqrt(a^2 + 1) - atan(b) * abs(b) + sign(a) * b",
+                           "sin(c) * (a + b) - cos(a + b)"})
+    all.emplace_back(text, names, codegen::Expression::Language::kFunctions);
+  const EquationTape<double> tape(codegen::SharedExpressions(all, 3), 2, {0.7});
+  using L = Lanes<double>;
+  std::vector<L> values(static_cast<std::size_t>(tape.size())), to(values);
+  for (int l = 0; l < kGroup; ++l) {
+    values[0][l] = 0.4 + 0.1 * l;
+    values[1][l] = 0.3 * l - 1.3;
+  }
+  tape.evaluate(values.data());
+  constexpr double kRounding = 1e-14;  // some operations, in another order, on values near 1
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    tape.pull_back(
+        values.data(), [&](int row) { return in_lanes<L>(row == static_cast<int>(i) ? 1.0 : 0.0); }, to.data());
+    for (int l = 0; l < kGroup; ++l) {
+      const double at[] = {values[0][l], values[1][l], 0.7};
+      const auto number = [&](const codegen::Expression& of) {
+        return of.evaluate<double>([&](int j) { return at[j]; });
+      };
+      EXPECT_NEAR(tape.row(values.data(), static_cast<int>(i))[l], number(all[i]), kRounding) << i;
+      for (int j = 0; j < 2; ++j) {
+        const double slope = number(codegen::expression_of(codegen::derivative(all[i], j)));
+        // The derivative of sqrt by expressions has 1e-6 in its divisor.
+        EXPECT_NEAR(to[static_cast<std::size_t>(j)][l], slope, i == 15 ? 1e-6 : kRounding) << i << " " << j;
+      }
+    }
+  }
 }
 
 Experiment prior_experiment(const std::string& observer) {

@@ -29,7 +29,7 @@ struct Measured {
         innovations(static_cast<std::size_t>(ny)),
         r(innovations),
         q(static_cast<std::size_t>(nx)),
-        arrived(static_cast<std::size_t>(ny), L(1.0)),
+        arrived(static_cast<std::size_t>(ny), in_lanes<L>(1.0)),
         change(q) {}
 };
 
@@ -38,77 +38,75 @@ class CovarianceUpdate {
  public:
   using L = Lanes<Scalar>;
 
-  CovarianceUpdate(int nx, int ny) : nx_(nx), ny_(ny), taken_(static_cast<std::size_t>(ny), Taken(nx)) {}
+  CovarianceUpdate(int nx, int ny)
+      : nx_(nx), ny_(ny), taken_(static_cast<std::size_t>(ny), Taken(nx)), to_ph_(static_cast<std::size_t>(nx)) {}
 
   /// `of`: p before the measurement becomes p behind it, and change is filled.
   void forward(Measured<Scalar>& of) {
     for (int i = 0; i < nx_; ++i) {
-      element(of.p, i, i) = element(of.p, i, i) + of.q[at(i)];
-      of.change[at(i)] = L(0.0);
+      element(of.p, i, i) += of.q[at(i)];
+      of.change[at(i)] = L{};
     }
     for (int j = 0; j < ny_; ++j) {
       const L* h = of.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
       Taken& now = taken_[at(j)];
       now.p = of.p;
       now.change = of.change;
-      L spread(0.0);
+      L spread{};
       now.rest = of.innovations[at(j)];
       for (int i = 0; i < nx_; ++i) {
-        L sum(0.0);
-        for (int k = 0; k < nx_; ++k) sum = sum + element(of.p, i, k) * h[k];
+        L sum{};
+        for (int k = 0; k < nx_; ++k) sum += element(of.p, i, k) * h[k];
         now.ph[at(i)] = sum;
       }
       for (int i = 0; i < nx_; ++i) {
-        spread = spread + h[i] * now.ph[at(i)];
-        now.rest = now.rest - h[i] * of.change[at(i)];
+        spread += h[i] * now.ph[at(i)];
+        now.rest -= h[i] * of.change[at(i)];
       }
-      for (int l = 0; l < kGroup; ++l) {
-        now.positive.at[l] = spread.at[l] < Scalar(0) ? Scalar(0) : Scalar(1) + Scalar(kLeastNoise);
-        now.share.at[l] = of.arrived[at(j)].at[l] / (now.positive.at[l] * spread.at[l] + of.r[at(j)].at[l]);
-      }
+      now.positive = spread < L{} ? L{} : in_lanes<L>(1.0 + static_cast<double>(kLeastNoise));
+      now.share = of.arrived[at(j)] / (now.positive * spread + of.r[at(j)]);
       for (int i = 0; i < nx_; ++i) {
         const L gain = now.ph[at(i)] * now.share;
-        of.change[at(i)] = of.change[at(i)] + gain * now.rest;
-        for (int k = i; k < nx_; ++k) element(of.p, i, k) = element(of.p, i, k) - gain * now.ph[at(k)];
+        of.change[at(i)] += gain * now.rest;
+        for (int k = i; k < nx_; ++k) element(of.p, i, k) -= gain * now.ph[at(k)];
       }
     }
   }
 
   /// After forward(of): cotangents of p and change, in `to`, become those of p before it; the others are filled.
   void backward(const Measured<Scalar>& of, Measured<Scalar>& to) {
-    std::fill(to.slopes.begin(), to.slopes.end(), L(0.0));
+    std::fill(to.slopes.begin(), to.slopes.end(), L{});
     for (int j = ny_; j-- > 0;) {
       const L* h = of.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
       L* to_h = to.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
       const Taken& now = taken_[at(j)];
-      std::vector<L> to_ph(at(nx_), L(0.0));
-      L to_rest(0.0), to_share(0.0);
+      std::fill(to_ph_.begin(), to_ph_.end(), L{});
+      L to_rest{}, to_share{};
       for (int i = 0; i < nx_; ++i) {
         const L gain = now.ph[at(i)] * now.share;
-        to_rest = to_rest + to.change[at(i)] * gain;
+        to_rest += to.change[at(i)] * gain;
         L to_gain = to.change[at(i)] * now.rest;
         for (int k = i; k < nx_; ++k) {
           const L& to_p = element(to.p, i, k);
-          to_gain = to_gain - to_p * now.ph[at(k)];
-          to_ph[at(k)] = to_ph[at(k)] - to_p * gain;
+          to_gain -= to_p * now.ph[at(k)];
+          to_ph_[at(k)] -= to_p * gain;
         }
-        to_ph[at(i)] = to_ph[at(i)] + to_gain * now.share;
-        to_share = to_share + to_gain * now.ph[at(i)];
+        to_ph_[at(i)] += to_gain * now.share;
+        to_share += to_gain * now.ph[at(i)];
       }
-      const L to_sum = L(0.0) - to_share * now.share * now.share;
+      const L to_sum = -to_share * now.share * now.share;
       to.r[at(j)] = to_sum;
       to.innovations[at(j)] = to_rest;
       const L to_spread = to_sum * now.positive;
       for (int i = 0; i < nx_; ++i) {
-        to_ph[at(i)] = to_ph[at(i)] + to_spread * h[i];
-        to_h[i] = to_h[i] + to_spread * now.ph[at(i)] - to_rest * now.change[at(i)];
-        to.change[at(i)] = to.change[at(i)] - to_rest * h[i];
+        to_ph_[at(i)] += to_spread * h[i];
+        to_h[i] += to_spread * now.ph[at(i)] - to_rest * now.change[at(i)];
+        to.change[at(i)] -= to_rest * h[i];
       }
       for (int i = 0; i < nx_; ++i)
         for (int k = 0; k < nx_; ++k) {
-          L& to_p = element(to.p, i, k);
-          to_p = to_p + to_ph[at(i)] * h[k];
-          to_h[k] = to_h[k] + to_ph[at(i)] * element(now.p, i, k);
+          element(to.p, i, k) += to_ph_[at(i)] * h[k];
+          to_h[k] += to_ph_[at(i)] * element(now.p, i, k);
         }
     }
     for (int i = 0; i < nx_; ++i) to.q[at(i)] = element(to.p, i, i);
@@ -129,6 +127,7 @@ class CovarianceUpdate {
 
   int nx_, ny_;
   std::vector<Taken> taken_;
+  std::vector<L> to_ph_;
 };
 
 }  // namespace nlo::trainer

@@ -68,6 +68,7 @@ GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings, int oth
       chunk_raw_(rows<Scalar>(units, kStride<Scalar>)),
       chunk_gate_(rows<Scalar>(2 * units, kStride<Scalar>)),
       chunk_target_(chunk_raw_),
+      chunk_own_(chunk_raw_),
       chunk_cotangent_(rows<Scalar>(3 * units, kStride<Scalar>)),
       gradient_(static_cast<std::size_t>(parameters())) {
   static_assert(Many<Scalar>::kLanesPerWeight == 1);
@@ -229,19 +230,24 @@ template <class Scalar>
 void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient, GatedLoop<Scalar>* loop) {
   std::fill(gradient_.begin(), gradient_.end(), Scalar(0));
   std::fill(p_.begin(), p_.end(), Scalar(0));
-  const auto add_cotangent = [&](int time) {
+  const auto add_cotangent = [&](int column) {
     for (int r = 0; r < units_; ++r) {
-      const Scalar* own = run.cotangent + (static_cast<std::ptrdiff_t>(r) * run.length + time) * kGroup;
+      const Scalar* own = chunk_own_.data() + static_cast<std::size_t>(r) * kStride<Scalar> + column;
       Scalar* p = p_.data() + static_cast<std::ptrdiff_t>(r) * kGroup;
       for (int l = 0; l < kGroup; ++l) p[l] += own[l];
     }
   };
   for (int from = (run.length - 1) / kChunkSamples * kChunkSamples; from >= 0; from -= kChunkSamples) {
     const Chunk chunk{from, std::min(kChunkSamples, run.length - from)};
+    if (loop != nullptr) loop->repeat(chunk.from, chunk.count);
     repeat(run, chunk);
+    // Sample by sample, they would come from as many places as there are units.
+    for (int r = 0; r < units_; ++r)
+      std::copy_n(run.cotangent + (static_cast<std::ptrdiff_t>(r) * run.length + from) * kGroup, chunk.count * kGroup,
+                  chunk_own_.data() + static_cast<std::size_t>(r) * kStride<Scalar>);
     if (chunk.count < kChunkSamples) std::fill(chunk_cotangent_.begin(), chunk_cotangent_.end(), Scalar(0));
     for (int k = chunk.count - 1; k >= 0; --k) {
-      add_cotangent(from + k);
+      add_cotangent(k * kGroup);
       if (loop != nullptr) {
         for (int r = 0; r < units_; ++r)
           std::copy_n(run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + from + k) * kGroup, kGroup,

@@ -40,6 +40,8 @@ class GatedLoop {
   virtual void read(int time) = 0;
   /// The units have stepped. in: [z; readings], those normalised, a row of eight each.
   virtual void stepped(int time, const Scalar* in) = 0;
+  /// Makes the readings of samples [from, from + count) again, which are pulled back next, the last one first.
+  virtual void repeat(int from, int count) = 0;
   /// Adds to dl/dz of a sample, from the same `in`.
   virtual void pull_back(int time, const Scalar* in, Scalar* to_z) = 0;
   /// Takes dl/d(normalised readings) of that sample.
@@ -89,7 +91,8 @@ class GatedUnits {
   AlignedVector<Scalar> in_, gate_, target_, z_;
   AlignedVector<Scalar> p_, to_all_, pulled_, to_readings_;  ///< to_all_: of a_s, a_g, a_c
   // A chunk of samples, side by side.
-  AlignedVector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_, chunk_cotangent_, gradient_;
+  AlignedVector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_;
+  AlignedVector<Scalar> chunk_own_, chunk_cotangent_, gradient_;  ///< chunk_own_: dl/dz at each sample
 };
 
 }  // namespace nlo::trainer

@@ -4,7 +4,6 @@
 #include <nlo/explicit_rk.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "trainer/gradients/nn/block_products.h"
@@ -21,6 +20,15 @@ std::size_t lanes(int rows) {
   return lane(rows, 0);
 }
 
+template <class L, class Scalar>
+L row_of(const std::vector<Scalar>& rows, int row) {
+  return simd::load<L>(rows.data() + lane(row, 0));
+}
+template <class L, class Scalar>
+void set_row(std::vector<Scalar>& rows, int row, L value) {
+  simd::store(rows.data() + lane(row, 0), value);
+}
+
 template <class Scalar>
 void product(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in, Scalar* out) {
   using Math = Products<Scalar, kGroup>;
@@ -35,16 +43,17 @@ template <class Scalar>
 PriorLanes<Scalar>::PriorLanes(const PriorSetting& setting)
     : setting_(setting),
       units_(setting.units, setting.read, setting.corrections()),
+      equations_(setting.equations),
       update_(setting.nx(), setting.ny()),
       measured_(setting.nx(), setting.ny()),
       to_measured_(measured_),
-      expected_(static_cast<std::size_t>(setting.ny() * (1 + setting.nx()))),
-      to_expected_(expected_),
+      samples_(1),
+      to_expected_(static_cast<std::size_t>(setting.ny())),
       gain_(lanes(setting.corrections())),
       correction_transposed_(static_cast<std::size_t>(units_.columns() * setting.corrections())),
       x_(static_cast<std::size_t>(setting.carried())),
       to_x_(x_),
-      to_squashed_(lanes(setting.ny())),
+      to_squashed_(static_cast<std::size_t>(setting.ny())),
       to_gain_(gain_),
       to_in_(lanes(units_.columns())),
       gradient_(static_cast<std::size_t>(units_.columns() * setting.corrections() *
@@ -71,118 +80,117 @@ void PriorLanes<Scalar>::begin(const GatedRun<Scalar>& run) {
   run_ = run;
   given_ = run.readings;
   w_.resize(lanes(setting_.reads() * run.length));
-  prior_.resize(static_cast<std::size_t>(setting_.carried() * run.length));
   run_.readings = w_.data();
 }
 
 template <class Scalar>
+auto PriorLanes<Scalar>::arrived(int j, int time) const -> L {
+  L result = in_lanes<L>(1.0);
+  if (run_.held == nullptr) return result;
+  const std::uint8_t* held = run_.held + (static_cast<std::ptrdiff_t>(j) * run_.length + time) * kGroup;
+  for (int l = 0; l < kGroup; ++l) result[l] = held[l] == 0 ? Scalar(1) : Scalar(0);
+  return result;
+}
+
+template <class Scalar>
 auto PriorLanes<Scalar>::cut(int time) const -> Cut {
-  Cut cut{.pieces = {}, .most = 1, .h = L(setting_.period_s)};
-  cut.pieces.fill(1);
+  const L periods = this->periods(time);
+  Cut cut{.pieces = in_lanes<L>(1.0), .h = periods * in_lanes<L>(setting_.period_s), .most = 1};
   if (run_.periods == nullptr) return cut;
   for (int l = 0; l < kGroup; ++l) {
-    int& pieces = cut.pieces[static_cast<std::size_t>(l)];
-    pieces = pieces_of(periods(time, l), Scalar(1));
-    cut.h.at[l] = periods(time, l) * static_cast<Scalar>(setting_.period_s) / static_cast<Scalar>(pieces);
+    const int pieces = pieces_of(Scalar(periods[l]), Scalar(1));
+    cut.pieces[l] = static_cast<Scalar>(pieces);
     cut.most = std::max(cut.most, pieces);
   }
+  cut.h /= cut.pieces;
   return cut;
 }
 
 /// 0 where a lane has arrived.
 template <class Scalar>
 auto PriorLanes<Scalar>::step_of(const Cut& cut, int piece) const -> L {
-  L h = cut.h;
-  for (int l = 0; l < kGroup; ++l)
-    if (piece >= cut.pieces[static_cast<std::size_t>(l)]) h.at[l] = Scalar(0);
-  return h;
+  return in_lanes<L>(piece) < cut.pieces ? cut.h : L{};
 }
 
 template <class Scalar>
 void PriorLanes<Scalar>::inputs_at(const Cut& cut, int time, int piece, double c, L* u) const {
+  const L part = in_lanes<L>(piece + c) / cut.pieces, rest = in_lanes<L>(1.0) - part;
   for (int j = 0; j < setting_.inputs; ++j) {
     // w has the readings from row 2 n_y on, outputs first.
     const int row = 3 * setting_.ny() + j;
-    const Scalar *to = w(row, time), *from = setting_.commands ? to : w(row, time - 1);
-    for (int l = 0; l < kGroup; ++l) {
-      const Scalar part = (static_cast<Scalar>(piece) + static_cast<Scalar>(c)) /
-                          static_cast<Scalar>(cut.pieces[static_cast<std::size_t>(l)]);
-      u[j].at[l] = (1 - part) * from[l] + part * to[l];
-    }
+    u[j] = rest * reading(row, setting_.commands ? time : time - 1) + part * reading(row, time);
   }
 }
 
 template <class Scalar>
-void PriorLanes<Scalar>::predict(L* x, int time) {
-  const Cut cut = this->cut(time);
-  path_.resize(std::max(path_.size(), static_cast<std::size_t>(cut.most)));
-  for (int i = 0; i < cut.most; ++i) {
-    Piece& piece = path_[static_cast<std::size_t>(i)];
-    setting_.equations.step(
-        x, step_of(cut, i), [&](double c, L* u) { inputs_at(cut, time, i, c, u); }, &piece.stages);
-    for (int r = 0; r < setting_.carried(); ++r) {
-      const auto row = static_cast<std::size_t>(r);
-      piece.reached[row] = x[r];
-      x[r] = kept_within(x[r], setting_.low[row], setting_.high[row]);
+void PriorLanes<Scalar>::predict(L* x, int time, Sample& sample) {
+  sample.cut = cut(time);
+  const auto most = static_cast<std::size_t>(sample.cut.most), carried = static_cast<std::size_t>(setting_.carried());
+  if (sample.pieces.size() < most) {
+    const std::vector<L> stages(static_cast<std::size_t>(equations_.step_size())), reached(carried);
+    sample.pieces.resize(most, {stages, reached});
+  }
+  for (int i = 0; i < sample.cut.most; ++i) {
+    Piece& now = sample.pieces[static_cast<std::size_t>(i)];
+    equations_.step(
+        x, step_of(sample.cut, i), [&](double c, L* u) { inputs_at(sample.cut, time, i, c, u); }, now.stages.data());
+    for (std::size_t r = 0; r < carried; ++r) {
+      now.reached[r] = x[r];
+      x[r] = kept_within(x[r], setting_.low[r], setting_.high[r]);
     }
   }
 }
 
-/// The cotangent of the prior of `time` becomes that of the sample before it.
+/// The cotangent of the prior of a sample becomes that of the sample before it.
 template <class Scalar>
-void PriorLanes<Scalar>::predict_back(int time, L* cotangent) {
-  const Cut cut = this->cut(time);
-  for (int i = cut.most; i-- > 0;) {
-    const Piece& piece = path_[static_cast<std::size_t>(i)];
+void PriorLanes<Scalar>::predict_back(const Sample& sample, L* cotangent) {
+  for (int i = sample.cut.most; i-- > 0;) {
+    const Piece& piece = sample.pieces[static_cast<std::size_t>(i)];
     for (int r = 0; r < setting_.carried(); ++r)
-      for (int l = 0; l < kGroup; ++l) {
-        const Scalar reached = piece.reached[static_cast<std::size_t>(r)].at[l];
-        if (reached < low(r) || reached > high(r)) cotangent[r].at[l] = Scalar(0);
-      }
-    setting_.equations.step_back(
-        piece.stages, step_of(cut, i), [&](double c, L* u) { inputs_at(cut, time, i, c, u); }, cotangent);
+      cotangent[r] = within(piece.reached[static_cast<std::size_t>(r)], r) ? cotangent[r] : L{};
+    equations_.step_back(piece.stages.data(), step_of(sample.cut, i), cotangent);
   }
 }
 
 /// The readings of a sample: the measurement, the prior, and the innovation.
 template <class Scalar>
-void PriorLanes<Scalar>::read(int time) {
+void PriorLanes<Scalar>::make_readings(int time) {
   const int nx = setting_.nx(), ny = setting_.ny();
   for (int r = 0; r < setting_.readings; ++r)
     std::copy_n(given_ + (static_cast<std::ptrdiff_t>(r) * run_.length + time) * kGroup, kGroup, w(2 * ny + r, time));
-  L* const prior = this->prior(time);
+  Sample& sample = this->sample(time);
+  sample.output.resize(static_cast<std::size_t>(equations_.output_size()));
+  L* const prior = sample.output.data();
   for (int i = 0; i < setting_.carried(); ++i)
-    prior[i] = time == 0 ? L(setting_.start[static_cast<std::size_t>(i)]) : L(x(i, time - 1));
-  if (time > 0) predict(prior, time);
-  for (int i = 0; i < nx; ++i) std::copy_n(prior[i].at, kGroup, w(prior_row() + i, time));
-  setting_.equations.output(prior, expected_.data());
+    prior[i] = time == 0 ? in_lanes<L>(setting_.start[static_cast<std::size_t>(i)]) : simd::load<L>(x(i, time - 1));
+  if (time > 0) predict(prior, time, sample);
+  for (int i = 0; i < nx; ++i) simd::store(w(prior_row() + i, time), prior[i]);
+  equations_.output(prior);
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    const auto fine = static_cast<Scalar>(setting_.fine[row]), coarse = static_cast<Scalar>(setting_.coarse[row]);
-    for (int l = 0; l < kGroup; ++l) {
-      const Scalar nu = arrived(j, time, l) * (w(2 * ny + j, time)[l] - expected_[row].at[l]);
-      w(j, time)[l] = nu / (fine + std::abs(nu));
-      w(ny + j, time)[l] = nu / (coarse + std::abs(nu));
-    }
+    const L nu = arrived(j, time) * (reading(2 * ny + j, time) - equations_.output(prior, j));
+    simd::store(w(j, time), nu / (in_lanes<L>(setting_.fine[row]) + magnitude_of(nu)));
+    simd::store(w(ny + j, time), nu / (in_lanes<L>(setting_.coarse[row]) + magnitude_of(nu)));
   }
+}
+
+template <class Scalar>
+void PriorLanes<Scalar>::read(int time) {
+  first_sample_ = time;
+  make_readings(time);
 }
 
 template <class Scalar>
 auto PriorLanes<Scalar>::noise(int correction) const -> L {
-  L result;
-  for (int l = 0; l < kGroup; ++l)
-    result.at[l] = std::exp(std::clamp(gain_[lane(correction, l)], Scalar(-16), Scalar(16)));
-  return result;
+  return exponential_of(kept_within(row_of<L>(gain_, correction), -kFarthestNoise, kFarthestNoise));
 }
 
-/// From the cotangent of a variance, which is proportional to noise(correction), to that of the output of the
+/// From the cotangent of a variance, which is proportional to noise(correction), to that of the output that the
 /// correction's layer has there.
 template <class Scalar>
 void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& to_variance) {
-  for (int l = 0; l < kGroup; ++l) {
-    const bool inside = std::abs(gain_[lane(correction, l)]) < Scalar(16);
-    to_gain_[lane(correction, l)] = inside ? to_variance.at[l] * variance.at[l] * scale(correction) : Scalar(0);
-  }
+  const auto inside = magnitude_of(row_of<L>(gain_, correction)) < in_lanes<L>(kFarthestNoise);
+  set_row(to_gain_, correction, inside ? to_variance * variance * scale(correction) : L{});
 }
 
 /// Fills gain_ from [m; w], measured_, and x_: the corrected prior before it is clamped to the range.
@@ -191,32 +199,27 @@ void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   const int first = 3 * setting_.units, nx = setting_.nx(), ny = setting_.ny();
   product<Scalar>(units_.weights(first), setting_.corrections(), units_.columns(), units_.bias(first), in,
                   gain_.data());
-  for (int r = 0; r < setting_.corrections(); ++r)
-    for (int l = 0; l < kGroup; ++l) gain_[lane(r, l)] *= scale(r);
-  const L* const prior = this->prior(time);
-  setting_.equations.output(prior, expected_.data());
+  for (int r = 0; r < setting_.corrections(); ++r) set_row(gain_, r, row_of<L>(gain_, r) * scale(r));
+  const L* const prior = sample(time).output.data();
   std::copy_n(prior + nx, measured_.p.size(), measured_.p.begin());
-  std::copy_n(expected_.begin() + ny, measured_.slopes.size(), measured_.slopes.begin());
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    for (int l = 0; l < kGroup; ++l) measured_.arrived[row].at[l] = arrived(j, time, l);
-    measured_.innovations[row] = measured_.arrived[row] * (L(w(2 * ny + j, time)) - expected_[row]);
-    measured_.r[row] = L(setting_.output_noise[row]) * noise(noise_row() + nx + j);
+    for (int i = 0; i < nx; ++i)
+      measured_.slopes[static_cast<std::size_t>(j * nx + i)] = equations_.slope(prior, j, i, ny);
+    measured_.arrived[row] = arrived(j, time);
+    measured_.innovations[row] = measured_.arrived[row] * (reading(2 * ny + j, time) - equations_.output(prior, j));
+    measured_.r[row] = in_lanes<L>(setting_.output_noise[row]) * noise(noise_row() + nx + j);
   }
   for (int i = 0; i < nx; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    measured_.q[row] = L(setting_.state_noise[row]) * noise(noise_row() + i);
-    for (int l = 0; l < kGroup; ++l) measured_.q[row].at[l] *= periods(time, l);
+    measured_.q[row] = in_lanes<L>(setting_.state_noise[row]) * noise(noise_row() + i) * periods(time);
   }
   update_.forward(measured_);
   for (int i = 0; i < nx; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    x_[row] = prior[i] + measured_.change[row];
-    for (int l = 0; l < kGroup; ++l) {
-      Scalar learned = gain_[lane(nx * ny + i, l)];
-      for (int j = 0; j < ny; ++j) learned += gain_[lane(i * ny + j, l)] * w(ny + j, time)[l];
-      x_[row].at[l] += learned;
-    }
+    L learned = row_of<L>(gain_, nx * ny + i);
+    for (int j = 0; j < ny; ++j) learned += row_of<L>(gain_, i * ny + j) * reading(ny + j, time);
+    x_[row] = prior[i] + measured_.change[row] + learned;
   }
   std::copy(measured_.p.begin(), measured_.p.end(), x_.begin() + nx);
 }
@@ -224,8 +227,17 @@ void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
 template <class Scalar>
 void PriorLanes<Scalar>::stepped(int time, const Scalar* in) {
   correct(in, time);
-  for (int i = 0; i < setting_.carried(); ++i)
-    for (int l = 0; l < kGroup; ++l) x(i, time)[l] = std::clamp(x_[static_cast<std::size_t>(i)].at[l], low(i), high(i));
+  for (int i = 0; i < setting_.carried(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    simd::store(x(i, time), kept_within(x_[row], setting_.low[row], setting_.high[row]));
+  }
+}
+
+template <class Scalar>
+void PriorLanes<Scalar>::repeat(int from, int count) {
+  samples_.resize(std::max(samples_.size(), static_cast<std::size_t>(count)));
+  first_sample_ = from;
+  for (int k = from; k < from + count; ++k) make_readings(k);
 }
 
 template <class Scalar>
@@ -237,8 +249,7 @@ void PriorLanes<Scalar>::forward(const GatedRun<Scalar>& run) {
 template <class Scalar>
 void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient) {
   begin(run);
-  for (int k = 0; k < run.length; ++k) read(k);
-  std::fill(to_x_.begin(), to_x_.end(), L(0.0));
+  std::fill(to_x_.begin(), to_x_.end(), L{});
   for (std::vector<Scalar>* sums : {&gradient_, &bias_gradient_}) std::fill(sums->begin(), sums->end(), Scalar(0));
   units_.backward(run_, gradient, this);
   const int first = 3 * setting_.units, rows = setting_.corrections(), columns = units_.columns();
@@ -266,23 +277,19 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
     const auto row = static_cast<std::size_t>(i);
     const Scalar* own =
         run_.cotangent + (static_cast<std::ptrdiff_t>(setting_.units + i) * run_.length + time) * kGroup;
-    for (int l = 0; l < kGroup; ++l) {
-      const bool inside = x_[row].at[l] >= low(i) && x_[row].at[l] <= high(i);
-      const Scalar to = to_x_[row].at[l] + own[l];
-      const bool lost = !(std::abs(to) * unit_[row] < kLost);
-      to_x_[row].at[l] = inside && !lost ? to : Scalar(0);
+    const L to = to_x_[row] + simd::load<L>(own);
+    const L found = magnitude_of(to) * unit_[row] < kLost ? to : L{};
+    to_x_[row] = within(x_[row], i) ? found : L{};
+  }
+  std::fill(to_squashed_.begin(), to_squashed_.end(), L{});
+  for (int i = 0; i < nx; ++i) {
+    const L to = to_x_[static_cast<std::size_t>(i)];
+    set_row(to_gain_, nx * ny + i, to * scale(nx * ny + i));
+    for (int j = 0; j < ny; ++j) {
+      set_row(to_gain_, i * ny + j, to * reading(ny + j, time) * scale(i * ny + j));
+      to_squashed_[static_cast<std::size_t>(j)] += to * row_of<L>(gain_, i * ny + j);
     }
   }
-  std::fill(to_squashed_.begin(), to_squashed_.end(), Scalar(0));
-  for (int i = 0; i < nx; ++i)
-    for (int l = 0; l < kGroup; ++l) {
-      const Scalar to = to_x_[static_cast<std::size_t>(i)].at[l];
-      to_gain_[lane(nx * ny + i, l)] = to * scale(nx * ny + i);
-      for (int j = 0; j < ny; ++j) {
-        to_gain_[lane(i * ny + j, l)] = to * w(ny + j, time)[l] * scale(i * ny + j);
-        to_squashed_[lane(j, l)] += to * gain_[lane(i * ny + j, l)];
-      }
-    }
   std::copy_n(to_x_.begin(), nx, to_measured_.change.begin());
   std::copy(to_x_.begin() + nx, to_x_.end(), to_measured_.p.begin());
   update_.backward(measured_, to_measured_);
@@ -295,43 +302,47 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
     const auto row = static_cast<std::size_t>(j);
     noise_back(noise_row() + nx + j, measured_.r[row], to_measured_.r[row]);
   }
-  for (Scalar& to : to_gain_)
-    if (!(std::abs(to) < kFinite)) to = Scalar(0);
+  for (int r = 0; r < rows; ++r) {
+    const L to = row_of<L>(to_gain_, r), finite = magnitude_of(to) < kFinite ? to : L{};
+    set_row(to_gain_, r, finite);
+    set_row(bias_gradient_, r, row_of<L>(bias_gradient_, r) + finite);
+  }
   Products<Scalar, kGroup>::outer_product(to_gain_.data(), rows, in, columns, gradient_.data());
-  for (std::size_t i = 0; i < to_gain_.size(); ++i) bias_gradient_[i] += to_gain_[i];
   product<Scalar>(correction_transposed_.data(), columns, rows, nullptr, to_gain_.data(), to_in_.data());
-  for (std::size_t i = 0; i < lane(setting_.units, 0); ++i) to_z[i] += to_in_[i];
+  for (int r = 0; r < setting_.units; ++r) {
+    Scalar* const to = to_z + lane(r, 0);
+    simd::store(to, simd::load<L>(to) + row_of<L>(to_in_, r));
+  }
 }
 
 /// From the cotangents of the units' inputs and to_x_ to dl/d[x; p] of the previous sample.
 template <class Scalar>
 void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   const int nx = setting_.nx(), ny = setting_.ny();
-  const auto to_w = [&](int row, int l) {
-    const auto scale = static_cast<Scalar>(setting_.read.scale[static_cast<std::size_t>(row)]);
-    return (to_readings[lane(row, l)] + to_in_[lane(setting_.units + row, l)]) / scale;
-  };
   if (time == 0) return;
-  for (int i = 0; i < nx; ++i)
-    for (int l = 0; l < kGroup; ++l) to_x_[static_cast<std::size_t>(i)].at[l] += to_w(prior_row() + i, l);
+  const auto to_w = [&](int row) {
+    const L all = simd::load<L>(to_readings + lane(row, 0)) + row_of<L>(to_in_, setting_.units + row);
+    return all / in_lanes<L>(setting_.read.scale[static_cast<std::size_t>(row)]);
+  };
+  for (int i = 0; i < nx; ++i) to_x_[static_cast<std::size_t>(i)] += to_w(prior_row() + i);
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
     // ds/dnu = c / (c + |nu|)^2, and 1 - |s| = c / (c + |nu|)
-    const auto slope = [](Scalar s, double c) {
-      return (1 - std::abs(s)) * (1 - std::abs(s)) / static_cast<Scalar>(c);
+    const auto slope = [](L s, double c) {
+      const L rest = in_lanes<L>(1.0) - magnitude_of(s);
+      return rest * rest / in_lanes<L>(c);
     };
-    for (int l = 0; l < kGroup; ++l)
-      to_expected_[row].at[l] =
-          arrived(j, time, l) *
-          (-(to_squashed_[lane(j, l)] + to_w(ny + j, l)) * slope(w(ny + j, time)[l], setting_.coarse[row]) -
-           to_w(j, l) * slope(w(j, time)[l], setting_.fine[row]) - to_measured_.innovations[row].at[l]);
+    to_expected_[row] =
+        arrived(j, time) * (-(to_squashed_[row] + to_w(ny + j)) * slope(reading(ny + j, time), setting_.coarse[row]) -
+                            to_w(j) * slope(reading(j, time), setting_.fine[row]) - to_measured_.innovations[row]);
   }
-  std::copy(to_measured_.slopes.begin(), to_measured_.slopes.end(), to_expected_.begin() + ny);
-  std::vector<L> at(static_cast<std::size_t>(setting_.carried()));
-  setting_.equations.output_back(prior(time), to_expected_.data(), to_x_.data());
-  for (int i = 0; i < setting_.carried(); ++i) at[static_cast<std::size_t>(i)] = L(x(i, time - 1));
-  predict(at.data(), time);
-  predict_back(time, to_x_.data());
+  const auto to_output = [&](int row) {
+    return row < ny ? to_expected_[static_cast<std::size_t>(row)]
+                    : to_measured_.slopes[static_cast<std::size_t>(row - ny)];
+  };
+  const Sample& sample = this->sample(time);
+  equations_.output_back(sample.output.data(), to_output, to_x_.data());
+  predict_back(sample, to_x_.data());
 }
 
 template class PriorLanes<float>;

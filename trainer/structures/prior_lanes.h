@@ -7,11 +7,11 @@
 //   [x; p], stage by stage, to dl/d[x; p]_{k-1}
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "codegen/model/equations.h"
 #include "trainer/structures/covariance_lanes.h"
+#include "trainer/structures/equation_lanes.h"
 #include "trainer/structures/gated_units.h"
 
 namespace nlo::trainer {
@@ -53,25 +53,34 @@ class PriorLanes final : private GatedLoop<Scalar> {
   using L = Lanes<Scalar>;
   /// One piece of the step between two samples, as RK4 takes it.
   struct Piece {
-    codegen::Equations::Stages<L> stages;
-    std::array<L, codegen::Equations::kMostCarried> reached;  ///< before it is kept within the range
+    std::vector<L> stages;
+    std::vector<L> reached;  ///< [x; p] before it is kept within the range
   };
   /// How the step to a sample is cut, lane by lane.
   struct Cut {
-    std::array<int, kGroup> pieces;
+    L pieces, h;
     int most;
-    L h;
+  };
+  /// The values of a sample that its pullback reads.
+  struct Sample {
+    Cut cut;
+    std::vector<Piece> pieces;
+    std::vector<L> output;  ///< [x-; p-], and the outputs' values behind it
   };
 
+  static constexpr double kFarthestNoise = 16.0;  ///< largest logarithm of a noise's factor
+
   void begin(const GatedRun<Scalar>& run);
-  /// Fills path_: [x; p] of sample `time` - 1 becomes the prior of `time`.
-  void predict(L* x, int time);
-  void predict_back(int time, L* cotangent);
+  void make_readings(int time);
+  /// [x; p] of sample `time` - 1 becomes the prior of `time`, in place.
+  void predict(L* x, int time, Sample& sample);
+  void predict_back(const Sample& sample, L* cotangent);
   Cut cut(int time) const;
   L step_of(const Cut& cut, int piece) const;
   void inputs_at(const Cut& cut, int time, int piece, double c, L* u) const;
   void read(int time) override;
   void stepped(int time, const Scalar* in) override;
+  void repeat(int from, int count) override;
   void pull_back(int time, const Scalar* in, Scalar* to_z) override;
   void take(int time, const Scalar* to_readings) override;
 
@@ -79,14 +88,11 @@ class PriorLanes final : private GatedLoop<Scalar> {
   /// exp(c), c one of the last corrections and kept within +-16.
   L noise(int correction) const;
   void noise_back(int correction, const L& variance, const L& to_variance);
-  Scalar periods(int time, int l) const {
-    return run_.periods == nullptr || time == 0 ? 1 : run_.periods[time * kGroup + l];
+  L periods(int time) const {
+    return run_.periods == nullptr || time == 0 ? in_lanes<L>(1.0) : simd::load<L>(run_.periods + time * kGroup);
   }
   /// 1 where output j was measured, else 0.
-  Scalar arrived(int j, int time, int l) const {
-    if (run_.held == nullptr) return 1;
-    return run_.held[(static_cast<std::ptrdiff_t>(j) * run_.length + time) * kGroup + l] == 0 ? 1 : 0;
-  }
+  L arrived(int j, int time) const;
   Scalar* w(int row, int time) { return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup; }
   const Scalar* w(int row, int time) const {
     return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup;
@@ -94,30 +100,37 @@ class PriorLanes final : private GatedLoop<Scalar> {
   Scalar* x(int row, int time) const {
     return run_.latent + (static_cast<std::ptrdiff_t>(setting_.units + row) * run_.length + time) * kGroup;
   }
-  L* prior(int time) { return prior_.data() + static_cast<std::ptrdiff_t>(time) * setting_.carried(); }
+  L reading(int row, int time) const { return simd::load<L>(w(row, time)); }
+  /// The sample's place among those that are pulled back together.
+  Sample& sample(int time) { return samples_[static_cast<std::size_t>(time - first_sample_)]; }
   /// First row of the prior in w.
   int prior_row() const { return setting_.reads() - setting_.nx(); }
   /// First row of the noises among the corrections.
   int noise_row() const { return setting_.corrections() - setting_.nx() - setting_.ny(); }
-  Scalar low(int i) const { return static_cast<Scalar>(setting_.low[static_cast<std::size_t>(i)]); }
-  Scalar high(int i) const { return static_cast<Scalar>(setting_.high[static_cast<std::size_t>(i)]); }
+  /// Returns whether element i of [x; p] is within its range, lane by lane.
+  auto within(L x, int i) const {
+    const auto row = static_cast<std::size_t>(i);
+    return (x >= in_lanes<L>(setting_.low[row])) & (x <= in_lanes<L>(setting_.high[row]));
+  }
   Scalar scale(int r) const { return static_cast<Scalar>(setting_.scale[static_cast<std::size_t>(r)]); }
 
   PriorSetting setting_;
   GatedUnits<Scalar> units_;
+  EquationLanes<Scalar> equations_;
   CovarianceUpdate<Scalar> update_;
   Measured<Scalar> measured_, to_measured_;
   GatedRun<Scalar> run_;
-  const Scalar* given_ = nullptr;              ///< readings
-  std::vector<Scalar> w_;                      ///< w of a run
-  std::vector<L> prior_;                       ///< [x-; p-] of its samples
-  std::vector<Piece> path_;                    ///< pieces of a step
-  std::vector<L> expected_, to_expected_;      ///< outputs, and their slopes
+  const Scalar* given_ = nullptr;  ///< readings
+  std::vector<Scalar> w_;          ///< w of a run
+  std::vector<Sample> samples_;    ///< from first_sample_ on
+  int first_sample_ = 0;
+  std::vector<L> to_expected_;                 ///< cotangents of the outputs
   std::vector<Scalar> gain_;                   ///< [K; b; c_q; c_r] of a sample
   std::vector<Scalar> correction_transposed_;  ///< columns x corrections
   std::vector<L> x_, to_x_;                    ///< [x; p] behind the correction; dl/d[x; p]
   std::vector<Scalar> unit_;                   ///< unit of [x; p]: a state's deviation
-  std::vector<Scalar> to_squashed_, to_gain_, to_in_;
+  std::vector<L> to_squashed_;
+  std::vector<Scalar> to_gain_, to_in_;
   std::vector<Scalar> gradient_, bias_gradient_;  ///< gradients of the correction, lanes apart
 };
 
