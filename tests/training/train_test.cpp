@@ -82,6 +82,26 @@ TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
   EXPECT_EQ(train_here(experiment).returns, 0);
 }
 
+TEST(Train, SplitsTheValidationErrorAtTheEndOfTheTransient) {
+  const Dataset validation = validation_set();
+  const auto split_at = [&](double samples) {
+    TrainOptions options;
+    options.settled_from_s = samples * validation.sample_period_s;
+    return train_here(small_experiment(), options).split;
+  };
+  constexpr double kSplit = 10.0;  // below the shortest run
+  double early = 0.0, late = 0.0;
+  for (const Trajectory& run : validation.trajectories)
+    for (Eigen::Index k = run.first_estimate; k < run.samples(); ++k)
+      (static_cast<double>(k) < kSplit ? early : late) += 1.0;
+  const SplitError all = split_at(1e6), split = split_at(kSplit);
+  EXPECT_EQ(all.transient, all.settled) << "no run lasts so long";
+  EXPECT_NE(split.transient, split.settled);
+  const double squares = early * split.transient * split.transient + late * split.settled * split.settled;
+  EXPECT_NEAR(std::sqrt(squares / (early + late)), all.both(), 1e-9 * all.both());  // rounding of a sum
+  EXPECT_EQ(train_here(small_experiment()).split.both(), 0.0) << "not asked for";
+}
+
 TEST(Train, KeepsTheBestModelNotTheLast) {
   // A run that goes astray late: the model is of the lowest validation error on record.
   Experiment experiment = small_experiment();

@@ -10,8 +10,8 @@
 
 namespace nlo::trainer {
 
-PilotData::PilotData(const Experiment& experiment, const Dataset& training, const Dataset& validation)
-    : training_(training), validation_(validation) {
+Pilots::Pilots(const Experiment& experiment, const Dataset& training, const Dataset& validation, double settled_from_s)
+    : training_(training), validation_(validation), settled_from_s_(settled_from_s) {
   if (!experiment.log || !experiment.log->validation_files.empty()) return;
   constexpr std::size_t kPart = 4;
   std::map<std::string, std::size_t> logs;
@@ -24,14 +24,18 @@ PilotData::PilotData(const Experiment& experiment, const Dataset& training, cons
   std::erase_if(held_out_.trajectories, [&](const Trajectory& run) { return !held(run); });
 }
 
-double pilot_error(const Experiment& experiment, int steps, const PilotData& data) {
+double Pilots::error(const Experiment& experiment, int steps) const {
   constexpr int kValidations = 4;
   Experiment pilot = experiment;
   pilot.training.steps = std::min(steps, experiment.training.steps);
   pilot.training.validate_every = std::max(1, pilot.training.steps / kValidations);
   pilot.source_text = format_experiment(pilot);
-  const TrainingResult result = train(pilot, data.training(), data.validation(), {});
-  return result.outcome == TrainOutcome::kDiverged ? std::numeric_limits<double>::infinity() : result.validation_rmse;
+  const Dataset& training = kept_.trajectories.empty() ? training_ : kept_;
+  const Dataset& validation = held_out_.trajectories.empty() ? validation_ : held_out_;
+  TrainOptions options;
+  options.settled_from_s = settled_from_s_;
+  const TrainingResult result = train(pilot, training, validation, options);
+  return result.outcome == TrainOutcome::kDiverged ? std::numeric_limits<double>::infinity() : result.split.both();
 }
 
 }  // namespace nlo::trainer

@@ -17,11 +17,12 @@
 #include "trainer/base/draws.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/quantile.h"
-#include "trainer/choose/gated_rival.h"
 #include "trainer/choose/mode_banks.h"
 #include "trainer/choose/pilot.h"
 #include "trainer/choose/readout_probe.h"
 #include "trainer/choose/resonances.h"
+#include "trainer/choose/structure_rivals.h"
+#include "trainer/data/evaluation_windows.h"
 #include "trainer/plants/odd_plant.h"
 #include "trainer/plants/plant_form.h"
 #include "trainer/plants/plant_registry.h"
@@ -100,41 +101,78 @@ class Deriver {
       complete(e, choice);
       experiments.push_back(checked(e));
     }
-    const std::optional<Experiment> gated = gated_rival(draft_, experiment_for_data(draft_), length_s_);
-    if (finalists.size() == 1 && !gated && !may_read_clock_products())
+    const std::vector<Rival> rivals =
+        structure_rivals(draft_, experiment_for_data(draft_), period_s_, length_s_, finalists.front().bank.slowest());
+    if (finalists.size() == 1 && rivals.empty() && !may_read_clock_products())
       return {experiments.front(), text_of(experiments.front(), finalists.front())};
 
-    const PilotData data(base_, data_, validation_);
+    const Pilots pilots(base_, data_, validation_, settled_from_s(finalists.front().bank));
     std::vector<double> errors;
-    for (const Experiment& e : experiments) errors.push_back(pilot_error(e, kPilotSteps, data));
+    for (const Experiment& e : experiments) errors.push_back(pilots.error(e, kPilotSteps));
     const auto best = static_cast<std::size_t>(std::min_element(errors.begin(), errors.end()) - errors.begin());
-    Experiment chosen = experiments[best];
-    double error = errors[best];
-    std::string pilots =
-        fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps, errors.size(), error);
-    if (may_read_clock_products()) {
-      constexpr double kWorthAFirstLayer = 0.95;  // products make the first layer wider, in every step of the loop
-      Experiment with_products = with_clock_products(chosen);
-      const double products = pilot_error(with_products, kPilotSteps, data);
-      const bool better = products < kWorthAFirstLayer * error;
-      pilots += fmt::format(", with products of clocks {:.3g}{}", products, better ? ": taken" : "");
-      if (better) {
-        chosen = std::move(with_products);
-        error = products;
-      }
-    }
-    if (gated) {
-      constexpr double kWorthIt = 0.9;  // a linear latent is the cheaper one in flight, and the faster to train
-      const double units = pilot_error(*gated, kPilotSteps, data);
-      const bool better = units < kWorthIt * error;
-      pilots += fmt::format(", gated units {:.3g}{}", units, better ? ": structure \"gated\" in its place" : "");
-      if (better) return {*gated, text_of(chosen, finalists[best]) + pilots + "\n"};
-    }
-    return {chosen, text_of(chosen, finalists[best]) + pilots + "\n"};
+    Piloted linear{experiments[best], errors[best]};
+    std::string told = fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps,
+                                   errors.size(), linear.error);
+    if (may_read_clock_products()) linear = better_with_products(linear, pilots, told);
+    const Piloted chosen = best_structure(linear, rivals, pilots, told);
+    return {chosen.experiment, text_of(linear.experiment, finalists[best]) + told + "\n"};
   }
 
  private:
   static constexpr int kPilotSteps = 500;
+
+  struct Piloted {
+    Experiment experiment;
+    double error = 0.0;  ///< Pilots::error()
+  };
+
+  /// End of the transient of an observer with these modes [s], as its evaluation will tell it.
+  double settled_from_s(const ModeBank& bank) const {
+    const EvaluationWindows windows = evaluation_windows(base_.evaluation, bank.slowest(), length_s_);
+    const double from_s = windows[settled_window(windows)].from_s;
+    return from_s > 0.0 ? from_s : 0.2 * length_s_;
+  }
+
+  /// Takes products with clocks where they are worth it. `told` says so.
+  Piloted better_with_products(const Piloted& plain, const Pilots& pilots, std::string& told) const {
+    constexpr double kWorthAFirstLayer = 0.95;  // products make the first layer wider, in every step of the loop
+    Piloted products{with_clock_products(plain.experiment), 0.0};
+    products.error = pilots.error(products.experiment, kPilotSteps);
+    const bool better = products.error < kWorthAFirstLayer * plain.error;
+    told += fmt::format(", with products of clocks {:.3g}{}", products.error, better ? ": taken" : "");
+    return better ? products : plain;
+  }
+
+  /// Takes another structure where it is worth it. `told` has the errors of all, and why one was not tried.
+  Piloted best_structure(const Piloted& linear, const std::vector<Rival>& rivals, const Pilots& pilots,
+                         std::string& told) const {
+    constexpr double kWorthIt = 0.9;  // a linear latent is the fastest to train, and simple in flight
+    Piloted best = linear;
+    std::string not_tried;
+    const auto tell_not_tried = [&not_tried](const std::string& name, std::string_view reason) {
+      not_tried += fmt::format("\n         structure \"{}\" was not tried: {}", name, reason);
+    };
+    for (const Rival& rival : rivals) {
+      const std::string& name = rival.experiment.observer.structure;
+      if (!rival.not_tried.empty()) {
+        tell_not_tried(name, rival.not_tried);
+        continue;
+      }
+      try {
+        const double error =
+            pilots.error(rival.experiment, std::min(kPilotSteps, rival.experiment.training.steps / 10));
+        told += fmt::format(", {} {:.3g}", name, error);
+        if (error < std::min(kWorthIt * linear.error, best.error)) best = {rival.experiment, error};
+      } catch (const codegen::Error& reason) {
+        tell_not_tried(name, reason.what());
+      }
+    }
+    const std::string& structure = best.experiment.observer.structure;
+    if (structure != linear.experiment.observer.structure)
+      told += fmt::format(": structure \"{}\" is taken", structure);
+    told += not_tried;
+    return best;
+  }
 
   bool given(std::string_view key) const { return draft_.given.has(std::string(key)); }
 

@@ -117,6 +117,7 @@ class PriorStructure final : public TrainableStructure {
   }
 
   bool has_dynamics_network() const override { return true; }
+  bool has_known_equations() const override { return true; }
 
   codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {
     return failing_sensors(experiment, training);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/training_logs.h"
 #include "trainer/learn/training/provenance.h"
@@ -163,6 +164,33 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
   return std::sqrt(squares);
 }
 
+/// Errors of the shipped model on whole runs, before and after `from_s`. A run that ends before has no settled samples.
+SplitError split_error(const codegen::Model& model, const Rollout& validation, double from_s) {
+  constexpr double kLeast = 1e-3;  // of a deviation: a smaller error counts as this one
+  const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
+  const MatrixXd errors =
+      errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
+  const VectorXd& all = judged.weights;
+  VectorXd settled = all;
+  for (Index k = 0; k < all.size(); ++k)
+    if (judged.since_start[static_cast<std::size_t>(k)] * model.sample_period_s < from_s) settled(k) = 0.0;
+  const auto mean = [](const Eigen::RowVectorXd& values, const VectorXd& weights) {
+    return values.dot(weights.transpose()) / std::max(weights.sum(), 1e-300);
+  };
+  const auto error = [&](const VectorXd& weights) {
+    double sum = 0.0;
+    for (Index i = 0; i < errors.rows(); ++i) {
+      const Eigen::RowVectorXd truth = judged.x.row(i);
+      const double variance = mean((truth.array() - mean(truth, all)).square(), all);
+      sum += mean(errors.row(i).array().square(), weights) / std::max(variance, 1e-300);
+    }
+    return std::max(std::sqrt(sum), kLeast);
+  };
+  const VectorXd transient = all - settled;
+  const bool has_both = settled.sum() > 0.0 && transient.sum() > 0.0;
+  return has_both ? SplitError{error(transient), error(settled)} : SplitError{error(all), error(all)};
+}
+
 // Facts.
 
 /// The config comes last, because it is long, so that readers of model.json see the other facts first.
@@ -214,7 +242,8 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   const auto& [experiment, dataset, options, structure, failures, state, data_hash] = training;
   const float* best = state.best.data();
   const Rollout& flight = objective.roll_out_flight(best);
-  ShippedModel shipped{to_model(structure, best, experiment, dataset, flight), {}, {}};
+  ShippedModel shipped;
+  shipped.model = to_model(structure, best, experiment, dataset, flight);
   codegen::Model& model = shipped.model;
   const auto for_each_left_out = [&training, &pool, best](const auto& judge_on) {
     for (const Dataset& group : training.options.left_out) {
@@ -238,6 +267,8 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   }
   shipped.validation_rmse = shipped_rmse(training, shipped.readout);
 
+  if (options.settled_from_s > 0.0)
+    shipped.split = split_error(model, validator.roll_out_runs(best), options.settled_from_s);
   record_facts(training, shipped);
 
   if (experiment.inverse_map.error) {

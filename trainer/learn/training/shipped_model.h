@@ -37,6 +37,7 @@ struct ShippedModel {
   Readout readout;                     ///< empty unless selects_readout()
   std::vector<LeftOutGroup> left_out;  ///< see TrainingResult
   double validation_rmse = 0.0;        ///< error of the shipped model on validation data, in the units of the loss
+  SplitError split;                    ///< see TrainingResult
 };
 
 bool selects_readout(const Experiment& experiment);

@@ -122,6 +122,7 @@ class Training {
     result.readout = std::move(shipped.readout);
     result.left_out = std::move(shipped.left_out);
     result.validation_rmse = shipped.validation_rmse;
+    result.split = shipped.split;
     if (result.succeeded() && selects_readout(experiment_))
       if (std::string below = below_floor(result.readout); !below.empty()) {
         result.message = std::move(below);

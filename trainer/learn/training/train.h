@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <complex>
 #include <functional>
 #include <string>
@@ -38,6 +39,16 @@ struct KnownFacts {
   std::string training_logs;   ///< TrainingLogs as text
 };
 
+/// Errors on validation data before and after a time t_c since the start of a run: root mean square over the samples
+/// of each state over its deviation, root sum square over the states.
+struct SplitError {
+  double transient = 0.0;
+  double settled = 0.0;
+  /// Geometric mean, so that a change by some per cent counts alike in both. The transient, which is larger, would hide
+  /// the settled error in a mean.
+  double both() const { return std::sqrt(transient * settled); }
+};
+
 struct TrainOptions {
   std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
   bool resume = false;    ///< go on from the directory's checkpoint
@@ -48,6 +59,7 @@ struct TrainOptions {
   /// Errors of such trainings: they choose the readouts (shipped_model.h) and set the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
+  double settled_from_s = 0.0;  ///< t_c of TrainingResult::split; 0: not asked for
 };
 
 enum class TrainOutcome {
@@ -71,6 +83,7 @@ struct TrainingResult {
   long steps_done = 0;
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< error of `model`
+  SplitError split;              ///< errors of `model`, if TrainOptions::settled_from_s asks for them
   std::string message;           ///< if the outcome is not kFinished: the reason and the remedy
   int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
 };
