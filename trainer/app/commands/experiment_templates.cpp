@@ -31,7 +31,8 @@ output_names = ["angle_sensor"]   # what is measured,
 outputs = ["angle"]               # an expression for each sensor
 output_units = ["rad"]
 parameters = { g = 9.81, l = 0.5, damping = 0.4 }
-# A parameter that you know within a range is drawn for each run: l = [0.45, 0.55].
+# Give a range to each parameter that you do not know exactly: l = [0.45, 0.55]. Each run draws a value, so that the
+# observer also serves the real plant, and an observer with these equations inside (a prior) is tried, too.
 # Which states are estimated, where not all are:
 # estimated = ["rate"]
 # What a controller does, known to the observer; then derivative says how it acts: "... + torque / (l * l)".
