@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
@@ -80,6 +81,35 @@ TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
   EXPECT_LE(clipped.validation_rmse, clipped.metrics.front().validation_rmse);
   experiment.training.gradient_clip = 0.0;
   EXPECT_EQ(train_here(experiment).returns, 0);
+}
+
+TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNoRunAway) {
+  // Segments that begin anywhere have a transient, which validation hardly has. Here noise on their truth stands for
+  // it, and validation leaves the transient out.
+  constexpr double kNoise = 2.0, kFar = 4.0;  // m; the limit, in validation errors
+  constexpr Eigen::Index kTransient = 25;     // samples: exp(-1.25) of the slowest mode, of 30 samples or more
+  Dataset training = training_set(), validation = validation_set();
+  for (Dataset* set : {&training, &validation})
+    for (Trajectory& run : set->trajectories) run.states = run.outputs.row(0).replicate(run.states.rows(), 1);
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> noise(0.0, kNoise);
+  for (Trajectory& run : training.trajectories)
+    run.states = run.states.unaryExpr([&](double x) { return x + noise(engine); });
+  for (Trajectory& run : validation.trajectories) run.weight.head(kTransient).setZero();
+  Experiment experiment = small_experiment();
+  experiment.observer.features = FeatureSet::kLatentAndOutput;  // y is the state
+  experiment.inverse_map.hidden = {16};
+  experiment.training.steps = 2000;
+  experiment.training.schedule = "cosine";
+  experiment.training.ema = 0.98;
+  experiment.training.validate_every = 50;
+  experiment.training.gradient_clip = 1.0;
+  const TrainingResult result = train(experiment, training, validation, {});
+  const MetricsRow &first = result.metrics.front(), &last = result.metrics.back();
+  ASSERT_GT(last.train_rmse, kFar * result.validation_rmse * first.train_rmse / first.validation_rmse)
+      << "the transient of the untrained observer explains it";
+  EXPECT_EQ(result.returns, 0);
+  EXPECT_EQ(result.outcome, TrainOutcome::kFinished) << result.message;
 }
 
 TEST(Train, SplitsTheValidationErrorAtTheEndOfTheTransient) {

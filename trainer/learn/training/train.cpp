@@ -249,9 +249,12 @@ class Training {
     constexpr int kMostUnusable = 20;  // in a row
     constexpr double kFar = 4.0;       // times the best validation error; noise makes a factor below 2
     if (!clips()) return false;
-    // Segments that begin anywhere have more of a transient than whole validation runs: at the start by this factor.
+    // Segments that begin anywhere have more of a transient than whole validation runs. An untrained observer, whose
+    // estimate is near constant, hardly shows it, so the best one is asked, too.
     const MetricsRow& first = state_.metrics.front();
-    const double harder = std::max(1.0, first.train_rmse / first.validation_rmse);
+    const MetricsRow& best = *std::ranges::min_element(state_.metrics, {}, &MetricsRow::validation_rmse);
+    const double harder =
+        std::max({1.0, first.train_rmse / first.validation_rmse, best.train_rmse / best.validation_rmse});
     return unusable_ > kMostUnusable || !std::isfinite(value.loss) || value.rmse > kFar * harder * state_.best_rmse;
   }
 
