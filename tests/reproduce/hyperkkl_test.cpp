@@ -82,7 +82,7 @@ TEST(HyperKkl, ComparesWithThePublishedNumbers) {
 
 TEST(HyperKkl, ExperimentsTrainOnTheBenchmarksInputs) {
   for (const BenchmarkPlant& plant : kBenchmarkPlants) {
-    const Experiment experiment = paper_experiment(plant.experiment, kFullSize, 1);
+    const Experiment experiment = paper_draft(plant.experiment, kFullSize, 1).experiment;
     ASSERT_TRUE(experiment.excitation) << plant.title;
     EXPECT_THAT(experiment.excitation->kinds,
                 ElementsAre(InputSignal::kZero, InputSignal::kConstant, InputSignal::kSine, InputSignal::kSquare));

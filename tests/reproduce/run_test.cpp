@@ -3,6 +3,7 @@
 // Numbers beside the paper's: statistics, marks, CSV.
 #include "trainer/reproduce/run.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -53,7 +55,7 @@ class Reproduction : public testing::Test {
   }
 
   static std::string model_file(const Request& request, int seed) {
-    const Experiment experiment = paper_experiment("van_der_pol_regularised", request.size, seed);
+    const Experiment experiment = paper_draft("van_der_pol_regularised", request.size, seed).experiment;
     return kept_folder(request.directory + "/cache", {run_identity(experiment)}) + "/model.json";
   }
 
@@ -121,6 +123,41 @@ TEST_F(Reproduction, AnExamOnLogsThatAreNotHereIsRefusedWithTheOptionThatNamesTh
   EXPECT_FALSE(fs::exists(request.directory));
   request.data = scratch_.path("empty");
   EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("there is no " + request.data + "/battery"));
+}
+
+/// Logs of y' = 40 (u - y) with an input of two tones, sampled as the Silverbox is. Returns the text of one.
+std::string two_tones(int samples, double phase, double first_y) {
+  constexpr double kPeriodS = 0.00163840419, kRate = 40.0;
+  constexpr int kStart = 50;  // samples whose truth is `first_y`
+  std::string text = "t,u,y\n";
+  double y = 0.0;
+  for (int k = 0; k < samples; ++k) {
+    const double t = kPeriodS * k, u = std::sin(90.0 * t + phase) + std::sin(37.0 * t + 2.0 * phase);
+    text += fmt::format("{},{},{}\n", t, u, k < kStart ? first_y : y);
+    y += kPeriodS * kRate * (u - y);
+  }
+  return text;
+}
+
+TEST_F(Reproduction, SilverboxIsDerivedFromItsLogsAndNotJudgedInItsFirstFiftySamples) {
+  constexpr double kNever = 100.0;        // V: 50 of them would add 35 V to the error of 400 samples
+  constexpr double kDeviationMv = 500.0;  // of y: 0.4 V for the first tone, 0.7 V for the second, over sqrt(2)
+  for (int i = 0; i < 4; ++i)
+    scratch_.write(fmt::format("logs/silverbox/train_{}.csv", i), two_tones(400, 1.0 + i, 0.0));
+  for (const char* test : {"multisine", "arrow", "arrow_noextrap"})
+    scratch_.write(fmt::format("logs/silverbox/test_{}.csv", test), two_tones(400, 0.5, kNever));
+  Request request = tiny();
+  request.what = "silverbox";
+  request.data = scratch_.path("logs");
+  const std::vector<ExamTable> exams = run(request).sections.front().second.exams;
+  ASSERT_EQ(exams.size(), 3U);
+  for (const ExamTable& exam : exams) {
+    EXPECT_LT(exam.rows.front().values.front(), 2.0 * kDeviationMv) << exam.title;
+    EXPECT_TRUE(exam.rows.back().published.has_value()) << exam.title;
+  }
+  EXPECT_THAT(codegen::read_file(request.directory + "/silverbox.csv"),
+              HasSubstr("\"Silverbox, arrow\",\"nlo, derived\",RMSE [mV],test,figure,,"));
+  EXPECT_THAT(codegen::read_file(request.directory + "/reproduction.html"), HasSubstr("Gaussian process NARX"));
 }
 
 TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {

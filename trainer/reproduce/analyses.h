@@ -51,6 +51,7 @@ inline constexpr std::string_view kOneVector = "inclination observer.eigenvalues
                                       "\"25degC_Mixed7.csv\"]";
 Section inclination(const Workbench& bench);
 Section charge(const Workbench& bench);
+Section silverbox(const Workbench& bench);
 
 // lorenz.cpp
 Section lorenz(const Workbench& bench);

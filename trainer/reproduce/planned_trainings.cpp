@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/reproduce/planned_trainings.h"
-#include "trainer/experiments/mirrored_channels.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +9,11 @@
 
 #include "codegen/base/error.h"
 #include "trainer/app/jobs/kept_training.h"
+#include "trainer/choose/left_out.h"
+#include "trainer/choose/recipe.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/mirrored_channels.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/losses/loss_registry.h"
@@ -41,15 +43,21 @@ double weights(double inputs, const std::vector<int>& hidden) {
 }
 
 /// Without validation logs the training logs choose the step, as in nlo train.
-TrainingSets logged_sets(const Experiment& experiment, const std::string& folder) {
+TrainingSets logged_sets(const DraftExperiment& draft, const std::string& folder) {
+  const Experiment experiment = draft.complete ? draft.experiment : experiment_for_data(draft);
   LogSplits splits = load_log_splits(*experiment.log, folder, mirrored_channels(experiment));
   if (splits.validation.trajectories.empty()) splits.validation = splits.train;
   return {std::move(splits.train), std::move(splits.validation)};
 }
 
+/// The experiment with all that its draft leaves out.
+Experiment completed(const DraftExperiment& draft, const TrainingSets& sets) {
+  return draft.complete ? draft.experiment : derive_recipe(draft, sets.training, sets.validation).experiment;
+}
+
 }  // namespace
 
-Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
+DraftExperiment paper_draft(std::string_view name, const Size& size, int seed) {
   std::vector<std::string> overrides{fmt::format("seed={}", seed)};
   const std::string own_name(name.substr(0, name.find(' ')));
   for (std::size_t at = name.find(' '); at != std::string_view::npos;) {
@@ -61,10 +69,11 @@ Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
     for (const ShippedExperiment& shipped : all) {
       if (shipped.name != own_name && shipped.name != "paper/" + own_name) continue;
       const std::string file = std::string(shipped.name) + ".toml";
-      const Experiment full = parse_experiment(shipped.text, file, overrides);
-      const int steps = static_cast<int>(std::ceil(full.training.steps * size.steps));
+      DraftExperiment full = parse_draft(shipped.text, file, overrides);
+      if (!full.complete && size.steps == kFullSize.steps) return full;
+      const int steps = static_cast<int>(std::ceil(full.experiment.training.steps * size.steps));
       overrides.push_back(fmt::format("training.steps={}", steps));
-      return parse_experiment(shipped.text, file, overrides);
+      return parse_draft(shipped.text, file, overrides);
     }
   throw codegen::Error(fmt::format("{}: there is no such experiment of the paper", name));
 }
@@ -99,9 +108,9 @@ std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, 
       if (std::any_of(jobs.begin(), jobs.end(), [name](const PlannedTraining& job) { return job.experiment == name; }))
         continue;
       for (int seed = 0; seed < seeds; ++seed) {
-        Experiment config = paper_experiment(name, size, seed + 1);
-        const double cost_s = training_cost_s(config);
-        jobs.push_back({std::string(name), seed, std::move(config), cost_s,
+        DraftExperiment draft = paper_draft(name, size, seed + 1);
+        const double cost_s = training_cost_s(draft.experiment);
+        jobs.push_back({std::string(name), seed, std::move(draft), cost_s,
                         item->logs.empty() ? "" : data + "/" + std::string(item->logs)});
       }
     }
@@ -119,17 +128,18 @@ JobsResult train_planned(std::span<const PlannedTraining> planned, const std::st
     const PlannedTraining& training = planned[i];
     jobs.push_back({fmt::format("{}, seed {}", training.experiment, training.seed + 1), training.cost_s,
                     [&training, &cache, &model = trained[i]](const JobContext& context) {
-                      FinishedRun inputs{run_identity(training.config)};
+                      FinishedRun inputs{run_identity(training.draft.experiment)};
                       TrainingSets sets;
-                      if (training.config.log) {
-                        sets = logged_sets(training.config, training.logs);
+                      if (training.draft.experiment.log) {
+                        sets = logged_sets(training.draft, training.logs);
                         inputs.data = data_fingerprint(sets.training, fingerprint(nullptr, 0));
                       }
                       const TrainingWork work = [&](const TrainOptions& how) {
-                        Experiment config = training.config;
-                        config.threads = context.threads;
-                        if (!config.log) sets = simulate_training_sets(config);
-                        return train(config, sets.training, sets.validation, how);
+                        DraftExperiment draft = training.draft;
+                        draft.experiment.threads = context.threads;
+                        if (!draft.experiment.log) sets = simulate_training_sets(draft.experiment);
+                        const Experiment experiment = completed(draft, sets);
+                        return train_with_folds(experiment, sets.training, sets.validation, how);
                       };
                       return load_or_train(kept_folder(cache, inputs), inputs, context, work, model);
                     }});

@@ -10,6 +10,7 @@
 
 #include "trainer/app/jobs/run_jobs.h"
 #include "trainer/config/experiment.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/reproduce/reproduced_items.h"
 
@@ -18,7 +19,7 @@ namespace nlo::trainer::reproduction {
 struct PlannedTraining {
   std::string experiment;  ///< name in trainer/experiments/paper/, or with its folder
   int seed = 0;            ///< index; the experiment's seed is one more
-  Experiment config;       ///< with its seed and its share of the steps
+  DraftExperiment draft;   ///< with its seed and its share of the steps; if not complete, a recipe derives the rest
   double cost_s = 1.0;     ///< roughly, on one core
   std::string logs = {};   ///< their folder; empty: it simulates
 };
@@ -27,8 +28,9 @@ struct PlannedTraining {
 std::span<const ShippedExperiment> experiment_texts();
 
 /// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...).
+/// At full size the recipe derives the steps of one that is not complete; else it gets its share of the default steps.
 /// Throws codegen::Error for an unknown name.
-Experiment paper_experiment(std::string_view name, const Size& size, int seed);
+DraftExperiment paper_draft(std::string_view name, const Size& size, int seed);
 
 /// Seconds that a training takes, roughly, on one core: its weight in the progress bar.
 double training_cost_s(const Experiment& experiment);

@@ -64,7 +64,8 @@ Result reproduce(const Request& request, JobsProgress& progress) {
   bench.size = request.size;
   bench.seeds = request.seeds;
   bench.threads = request.threads;
-  for (const PlannedTraining& training : planned) bench.experiments.emplace(training.experiment, training.config);
+  for (const PlannedTraining& training : planned)
+    bench.experiments.emplace(training.experiment, training.draft.experiment);
   try {
     for (const Item* item : selected) {
       double done = 0.0;
