@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <string>
 #include <vector>
 
 #include "codegen/model/domain.h"
@@ -182,8 +183,9 @@ Eigen::Index reads_of(const Network& map, const Model& m) {
 KklHeader::KklHeader(const ExportSource& source) : CppStructureBase(source), latent_(*linear_latent(source.model)) {}
 
 std::string KklHeader::description() const {
-  return fmt::format("// Latent state: {} ({} complex pairs), {} hold. Inverse map T*: {}.\n", nz_, latent_.pairs,
-                     hold_name(m_.hold), inverse_map().description()) +
+  return fmt::format("// Latent state: {} ({}), {} hold. Inverse map T*: {}.\n", nz_,
+                     counted(std::to_string(latent_.pairs), "complex pair"), hold_name(m_.hold),
+                     inverse_map().description()) +
          input_comment();
 }
 

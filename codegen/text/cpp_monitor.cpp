@@ -67,10 +67,10 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
 }
 
 std::string monitor_promise(const Monitor& m) {
-  return wrapped_comment(fmt::format(
-      "// Detects that the observer is wrong. Its limits are set for {} false alarms an hour, on {} h of runs "
-      "as in training.\n",
-      rounded_text(m.false_alarms_per_hour), rounded_text(m.hours)));
+  return wrapped_comment(
+      fmt::format("// Detects that the observer is wrong. Its limits are set for {} an hour, on {} h of runs as in "
+                  "training.\n",
+                  counted(rounded_text(m.false_alarms_per_hour), "false alarm"), rounded_text(m.hours)));
 }
 
 std::string cpp_monitor(const Model& model, const Initialiser& init) {

@@ -119,6 +119,10 @@ std::string rounded_text(double value) {
   return fmt::format("{:.4g}", value);
 }
 
+std::string counted(std::string_view number, std::string_view noun) {
+  return fmt::format("{} {}{}", number, noun, number == "1" ? "" : "s");
+}
+
 std::string grouped(Eigen::Index number) {
   std::string text = std::to_string(number);
   for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)

@@ -58,6 +58,9 @@ std::string wrapped_comment(std::string_view comment);
 /// A number for people, to four digits: "0.02", "0.3333".
 std::string rounded_text(double value);
 
+/// "1 pair", "2 pairs": a number as text, and a noun that takes an s.
+std::string counted(std::string_view number, std::string_view noun);
+
 /// 7750 as "7,750".
 std::string grouped(Eigen::Index number);
 

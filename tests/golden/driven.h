@@ -3,7 +3,7 @@
 //   nlo export model.json -o driven.h
 //
 // Estimates x1, x2 from y1 [rad] and the inputs torque [N m], wind, sampled every 0.02 s.
-// Latent state: 3 (1 complex pairs), first_order hold. Inverse map T*: 4-12-2 tanh and a linear
+// Latent state: 3 (1 complex pair), first_order hold. Inverse map T*: 4-12-2 tanh and a linear
 // path, reads [z; y].
 // Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; u is a ramp.
 // Forward map T: 2-12-3 tanh and a linear path, reads x.

@@ -100,8 +100,8 @@ inline constexpr Model kModel = {
     },
 };
 
-// Detects that the observer is wrong. Its limits are set for 1 false alarms an hour, on 12 h of
-// runs as in training.
+// Detects that the observer is wrong. Its limits are set for 1 false alarm an hour, on 12 h of runs
+// as in training.
 using MonitorModel = nlo::MonitorModel<float, 1, 1, 2, 1, 2>;  // n_x, n_y, n_z, n_r, windows
 using Monitor = nlo::Monitor<MonitorModel>;
 inline constexpr MonitorModel kMonitor = {
