@@ -91,7 +91,7 @@ std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experime
   if (wants_a_linear_latent(draft)) return rivals;
   for (const TrainableStructure* structure : structure_table()) {
     if (structure->name() == base.observer.structure) continue;
-    if (structure->name() == "gated" && simulates_without_noise(base)) continue;
+    if (structure->learns_to_average_noise() && simulates_without_noise(base)) continue;
     std::optional<Experiment> e = rival(draft, base, *structure, sample_period_s, length_s, slowest);
     if (!e) continue;
     Rival& added = rivals.emplace_back(Rival{*std::move(e), {}});

@@ -66,6 +66,7 @@ class Gated final : public TrainableStructure {
   }
 
   bool has_dynamics_network() const override { return true; }
+  bool learns_to_average_noise() const override { return true; }
 
   codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {
     return failing_sensors(experiment, training);

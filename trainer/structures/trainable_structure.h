@@ -51,6 +51,7 @@ class TrainableStructure {
   /// T* may read products of its features with clocks (KklConfig::clock_products).
   virtual bool may_read_clock_products() const { return false; }
   virtual bool has_dynamics_network() const { return false; }
+  virtual bool learns_to_average_noise() const { return false; }  ///< it loses accuracy where there is none
   virtual bool has_known_equations() const { return false; }  ///< it steps those of the plant, as a filter does
   virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
   virtual bool flies_forward_map() const { return false; }
