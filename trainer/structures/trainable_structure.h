@@ -52,8 +52,8 @@ class TrainableStructure {
   virtual bool may_read_clock_products() const { return false; }
   virtual bool has_dynamics_network() const { return false; }
   virtual bool learns_to_average_noise() const { return false; }  ///< it loses accuracy where there is none
-  virtual bool has_known_equations() const { return false; }  ///< it steps those of the plant, as a filter does
-  virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
+  virtual bool has_known_equations() const { return false; }      ///< it steps those of the plant, as a filter does
+  virtual bool has_inverse_map() const { return true; }           ///< else z is the estimate
   virtual bool flies_forward_map() const { return false; }
   virtual bool flies_inputs() const { return false; }              ///< they act on its estimate, by g of the plant
   virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
