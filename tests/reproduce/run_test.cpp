@@ -141,7 +141,7 @@ std::string two_tones(int samples, double phase, double first_y) {
 
 TEST_F(Reproduction, SilverboxIsDerivedFromItsLogsAndNotJudgedInItsFirstFiftySamples) {
   constexpr double kNever = 100.0;        // V: 50 of them would add 35 V to the error of 400 samples
-  constexpr double kDeviationMv = 500.0;  // of y: 0.4 V for the first tone, 0.7 V for the second, over sqrt(2)
+  constexpr double kDeviationMv = 500.0;  // deviation of y, whose two tones have amplitudes of 0.4 and 0.7 V
   for (int i = 0; i < 4; ++i)
     scratch_.write(fmt::format("logs/silverbox/train_{}.csv", i), two_tones(400, 1.0 + i, 0.0));
   for (const char* test : {"multisine", "arrow", "arrow_noextrap"})

@@ -9,7 +9,8 @@ namespace nlo::trainer {
 
 class Pilots {
  public:
-  /// Of logs without validation_files every fourth is held out, or one of fewer than four. The sets outlive it.
+  /// If there are logs and no validation_files, every fourth log is held out, or one if there are fewer than four. The
+  /// sets outlive the pilots.
   ///   settled_from_s  end of the transient [s], see SplitError
   Pilots(const Experiment& experiment, const Dataset& training, const Dataset& validation, double settled_from_s);
 

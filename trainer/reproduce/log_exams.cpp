@@ -137,9 +137,9 @@ Section silverbox(const Workbench& bench) {
   section.csv = exams_csv(section.exams);
   section.seen =
       "Four multisine logs train. y is estimated from u alone, and the first 50 samples of each test log are not "
-      "judged. Structure, eigenvalues and sizes are derived from the training logs, once for each seed. What leaks: "
-      "one "
-      "circuit made all logs, and rules of the recipe were written when errors on these tests were known.";
+      "judged. Structure, eigenvalues and sizes are derived from the training logs, once for each seed. "
+      "What leaks: one circuit made all logs, and rules of the recipe were written when errors on these tests were "
+      "known.";
   return section;
 }
 

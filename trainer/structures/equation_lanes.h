@@ -3,6 +3,7 @@
 // pullbacks.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>

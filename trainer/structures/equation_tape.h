@@ -3,6 +3,7 @@
 // operation is read once for eight results, and the pullback reads the values that the evaluation has left.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "codegen/model/shared_expressions.h"

@@ -166,7 +166,7 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
 
 /// Errors of the shipped model on whole runs, before and after `from_s`. A run that ends before has no settled samples.
 SplitError split_error(const codegen::Model& model, const Rollout& validation, double from_s) {
-  constexpr double kLeast = 1e-3;  // of a deviation: a smaller error counts as this one
+  constexpr double kLeast = 1e-3;  // least error, in deviations; a smaller one counts as this
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   const MatrixXd errors =
       errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
@@ -177,15 +177,13 @@ SplitError split_error(const codegen::Model& model, const Rollout& validation, d
   const auto mean = [](const Eigen::RowVectorXd& values, const VectorXd& weights) {
     return values.dot(weights.transpose()) / std::max(weights.sum(), 1e-300);
   };
-  const auto error = [&](const VectorXd& weights) {
-    double sum = 0.0;
-    for (Index i = 0; i < errors.rows(); ++i) {
-      const Eigen::RowVectorXd truth = judged.x.row(i);
-      const double variance = mean((truth.array() - mean(truth, all)).square(), all);
-      sum += mean(errors.row(i).array().square(), weights) / std::max(variance, 1e-300);
-    }
-    return std::max(std::sqrt(sum), kLeast);
-  };
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // of all states, each over its variance
+  for (Index i = 0; i < errors.rows(); ++i) {
+    const Eigen::RowVectorXd truth = judged.x.row(i);
+    const double variance = mean((truth.array() - mean(truth, all)).square(), all);
+    squares += errors.row(i).cwiseAbs2() / std::max(variance, 1e-300);
+  }
+  const auto error = [&](const VectorXd& weights) { return std::max(std::sqrt(mean(squares, weights)), kLeast); };
   const VectorXd transient = all - settled;
   const bool has_both = settled.sum() > 0.0 && transient.sum() > 0.0;
   return has_both ? SplitError{error(transient), error(settled)} : SplitError{error(all), error(all)};

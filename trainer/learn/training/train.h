@@ -39,8 +39,8 @@ struct KnownFacts {
   std::string training_logs;   ///< TrainingLogs as text
 };
 
-/// Errors on validation data before and after a time t_c since the start of a run: root mean square over the samples
-/// of each state over its deviation, root sum square over the states.
+/// Errors on validation data before and after a time t_c since the start of a run. Each state's error is divided by its
+/// standard deviation and squared; an error here is the root of the mean, over the samples, of the sum over the states.
 struct SplitError {
   double transient = 0.0;
   double settled = 0.0;
