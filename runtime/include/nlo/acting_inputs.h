@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Memory of the known inputs of a driven observer (driven_kkl_observer.h), whose F and T* do not read them.
+// The known inputs of a driven observer (driven_kkl_observer.h), stored apart: its F and T* do not read them.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -8,7 +8,7 @@
 
 namespace nlo::inline NLO_ISA {
 
-/// The inputs of the last sample. Empty (kNu = 0) for every other kind of observer.
+/// The inputs of the latest sample. Empty (kNu = 0) for every other kind of observer.
 template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];

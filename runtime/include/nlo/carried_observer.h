@@ -25,8 +25,8 @@
 namespace nlo::inline NLO_ISA {
 
 /// Limits within which a rotation takes a fixed number of operations. Export refuses a range of w that turns by more
-/// than kMostTurn [rad] in a sample period. Then theta, with its coning term, is below 2^3 in a sample period and below
-/// 2^21 in the longest gap.
+/// than kMostTurn [rad] in a sample period. Therefore theta, with its coning term, is below 2^3 in a sample period and
+/// below 2^21 in the longest gap.
 struct CarriedLimits {
   static constexpr double kMostTurn = 4.0;
   static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;
@@ -42,7 +42,7 @@ struct CarriedModel {
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kModes = kModes_;  ///< rows of D for one component
-  static constexpr int kPairs = kPairs_;  ///< complex pairs among them
+  static constexpr int kPairs = kPairs_;  ///< number of complex pairs among these rows
   static constexpr int kNz = kNy * kModes;
   static constexpr int kNu = 3;  ///< w
   static constexpr int kNf = 0;
@@ -51,7 +51,7 @@ struct CarriedModel {
   static constexpr bool kReadsOutput = kReadsOutput_;  ///< x_hat combines z and the latest y, not z alone
   static constexpr bool kUnitLength = kUnitLength_;
   static constexpr int kLongestGap = CarriedLimits::kLongestGap;
-  static constexpr bool kHasSteadyState = false;  ///< it moves with w
+  static constexpr bool kHasSteadyState = false;  ///< z keeps rotating with w
   static constexpr bool kMayDiverge = false;
   static constexpr int kFeatures = kNy / 3 * (kModes + (kReadsOutput ? 1 : 0));  ///< vectors that x_hat combines
   static_assert(kNx > 0 && kNy > 0 && kNx % 3 == 0 && kNy % 3 == 0, "states and outputs are vectors of three");
@@ -62,7 +62,7 @@ struct CarriedModel {
   LatentModel<Scalar, kModes, 1> latent;  ///< latent system of one component
   ReadingRange<Scalar, kNr> outputs;      ///< ranges of y and w
   Domain<Scalar, kNz> domain;
-  Scalar weights[kNx / 3][kFeatures];  ///< c: the modes of each output vector; then, with kReadsOutput, one for each y
+  Scalar weights[kNx / 3][kFeatures];  ///< c: weights of the modes of each output vector, followed by that of y
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return kZero; }
 

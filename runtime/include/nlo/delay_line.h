@@ -20,7 +20,7 @@ class DelayLine {
   static_assert(kChannels > 0 && kSamples > 0);
 
  public:
-  /// delay: of each input [samples]; NaN counts as 0. The constructor is not consteval because clang 14 loses the
+  /// delay: delay of each input [samples]; NaN counts as 0. The constructor is not consteval because clang 14 loses the
   /// members that a consteval constructor sets.
   constexpr explicit DelayLine(const Scalar (&delay)[kChannels]) {
     for (int i = 0; i < kChannels; ++i) {

@@ -67,7 +67,7 @@ struct DrivenKklModel {
 
   Scalar sample_period_s;
   std::uint16_t stale_after;  ///< after this many held measurements in a row the status is kStale
-  Hold input_hold;  ///< kZeroOrder: u has acted since the last sample; kFirstOrder: a ramp from the last u to it
+  Hold input_hold;  ///< u between samples: kZeroOrder: the new u; kFirstOrder: a ramp from the last u to the new u
   LatentModel<Scalar, kNz, kNy> latent;
   ForcedStep<Scalar, kNz, kNy> forced;  ///< coefficients for phi(z) u over one sample period
   ReadingRange<Scalar, kNy> outputs;

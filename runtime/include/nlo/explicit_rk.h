@@ -64,7 +64,7 @@ inline constexpr int kMostPieces = 64;
 template <class Scalar>
 constexpr int pieces_of(Scalar dt_s, Scalar sample_period_s) {
   const Scalar periods = dt_s / sample_period_s + Scalar(0.5);
-  if (!(periods < Scalar(kMostPieces))) return kMostPieces;  // an int might not hold it
+  if (!(periods < Scalar(kMostPieces))) return kMostPieces;  // too large for an int, or NaN
   return periods < Scalar(1) ? 1 : static_cast<int>(periods);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One step of z' = D z + F y + N(z, t) by the exponential scheme ETD4RK-B of Krogstad: exact in D and F y, of order 4
-// in N. With N = 0 it is the recurrence of latent.h. Two simpler schemes do not serve:
+// in N. With N = 0 it is the recurrence of latent.h. Two simpler schemes are not good enough:
 // - Plain RK4 is unstable for |lambda h| > 2.78, and observers have such fast poles.
 // - An integrating factor is stable, but its steady state for a constant N is wrong, by 70 % at lambda h = -10. The
 //   steady state of this scheme is exact.
@@ -72,7 +72,7 @@ struct ModeWeights {
   Scalar values[kNz];
 };
 
-/// Coefficients of a step with N, beside those of LatentStep.
+/// Coefficients that a step with N needs in addition to those of LatentStep.
 template <class Scalar, int kNz, int kNy>
 struct ForcedStep {
   LatentStep<Scalar, kNz, kNy> half;  ///< D and F over half a step

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Gates of a gated observer (gated_observer.h), and a step of its units. The tanh is that of activation.h.
-//   sigmoid(2 a) = (1 + tanh a) / 2      a reset gate; the share of the way to the target in a step of one sample
-//     period
-//   1 - exp(-periods softplus(2 a))      the share in a step of any number of periods
-// For periods = 1 both are equal, because exp(-softplus(v)) = 1 - sigmoid(v).
+//   sigmoid(2 a) = (1 + tanh a) / 2   a reset gate, or s for a step of one sample period
+//   1 - exp(-periods softplus(2 a))   s for a step of any number of periods
+// s is the fraction of the distance to its target that a unit covers in a step. For periods = 1 both formulas are
+// equal, because exp(-softplus(v)) = 1 - sigmoid(v).
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -39,8 +39,8 @@ constexpr T log_1_plus(T t) {
   return rounded<T>(T(2) * w * series);
 }
 
-/// Returns 1 - exp(-periods softplus(2 a)), in [0, 1]: the share of the way to its target that a unit goes in a step of
-/// `periods` sample periods. `a` finite, periods > 0. Absolute error below 4 max(1, periods) rounding units.
+/// Returns s = 1 - exp(-periods softplus(2 a)), in [0, 1], for a step of `periods` sample periods. `a` is finite and
+/// periods > 0. Absolute error below 4 max(1, periods) rounding units.
 template <class T>
 constexpr T gate_over(T a, T periods) {
   const T v = T(2) * a;
@@ -110,7 +110,7 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_one_load(const Gate
 }  // namespace x86
 #endif
 
-/// Copies kN values. Returns true if it has checked that all are below 2, false if it has not checked.
+/// Copies kN values. Returns true if it has checked that all are below 2; false if it has not checked.
 template <int kN, class Scalar>
 NLO_INLINE bool copy_units(const Scalar* from, Scalar* to) {
 #if defined(NLO_CORTEX_M_GATES)

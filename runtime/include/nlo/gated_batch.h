@@ -92,7 +92,7 @@ class GatedBatch : public SampledBatch<GatedBatch<Model, kPlants, kArithmetic>, 
 #if NLO_HAS_VECTORS
     return kernels::gated_plants<kArithmetic, kTogether>(*this->model_, y, first, this->z_, this->y_);
 #else
-    return false;  // one by one
+    return false;  // the caller steps the plants one by one
 #endif
   }
 };

@@ -2,8 +2,8 @@
 // The gated observer: the general observer (11), dz/dt = F(z, y), x_hat = T*(z), with an F that cannot diverge.
 //   dz/dt = rate (target - z)     rate > 0, |target| <= 1
 //   [a_s; a_g] = gates([z; y]),   rate = softplus(2 a_s) / sample period,   g = (1 + tanh a_g) / 2
-//   target = tanh(candidate([g z; y]))                                       the reset gates g scale the z that it
-//     reads
+//   target = tanh(candidate([g z; y]))
+//                                      g: reset gates, which scale the z that the candidate reads
 // During a step, rate and target are constant; they are computed from z at its start and the measurement at its end.
 // Then the step is exact:
 //   z+ = z + (1 - exp(-rate dt)) (target - z),   over one sample period 1 - exp(-rate dt) = (1 + tanh a_s) / 2
@@ -55,8 +55,8 @@ struct GatedModel {
   Scalar initial[kNz];                ///< z before the first measurement
   ReadingRange<Scalar, kNr> outputs;  ///< ranges of all readings
   Domain<Scalar, kNz> domain;
-  Gates gates;             ///< to a_s, then a_g
-  Candidate candidate;     ///< to the argument of the tanh
+  Gates gates;             ///< layer that computes [a_s; a_g]
+  Candidate candidate;     ///< layer that computes the argument of the tanh
   InverseMap inverse_map;  ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
@@ -97,7 +97,7 @@ struct GatedModel {
   bool step_in_scalar(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     LayerBuffer<Scalar, kNz + kNr> in;
     GateBuffers<Scalar, kNz> between;
-    const bool below_2 = kernels::copy_units<kNz>(z, in.values);  // then z+ is, too: it lies between z and the targets
+    const bool below_2 = kernels::copy_units<kNz>(z, in.values);  // then z+ is below 2, too, between z and target
     for (int j = 0; j < kNr; ++j) in.values[kNz + j] = y[j];
     for (int i = kNz + kNr; i < kernels::padded(kNz + kNr); ++i) in.values[i] = Scalar(0);
     kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,

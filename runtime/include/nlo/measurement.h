@@ -50,8 +50,8 @@ constexpr ChannelHealth health_after_gap(ChannelHealth missed, ChannelHealth nex
   return static_cast<ChannelHealth>(next | kHeldBit);
 }
 
-/// Returns for how many samples reading j is not due after one that has arrived: 0 for an output of every sample. A
-/// model with slower outputs has kNotDue, a number for each reading: 19 for an output of 5 Hz in an observer of 100 Hz.
+/// Returns the number of samples after an arrival in which reading j is not due; 0: it is due in every sample. A model
+/// with slower outputs has kNotDue, a number per reading: 19 for an output of 5 Hz in an observer of 100 Hz.
 template <class Model>
 constexpr std::uint32_t not_due([[maybe_unused]] int j) {
   if constexpr (requires { Model::kNotDue[0]; }) return Model::kNotDue[j];
@@ -82,8 +82,8 @@ constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) 
   return static_cast<ChannelHealth>(clamped * (count << 2U | kClampedBit) + (1U - clamped) * held);
 }
 
-/// Returns the health of a slow output that may fail (sensor_failures.h) after `missed` samples and one more that did
-/// not bring it. It counts the samples since its last one. A clamped value is in use until the output is late.
+/// Returns the health of a slow output that may fail (sensor_failures.h) after `missed` samples and one more without a
+/// value of it. It counts the samples since its last value. A clamped value is in use until the output is late.
 constexpr ChannelHealth absent_health(ChannelHealth last, int missed, std::uint32_t not_due) {
   const ChannelHealth next = counted_on(last, static_cast<std::uint32_t>(missed) + 1, kHeldBit | (last & kClampedBit));
   const bool late = (next >> 2U) > most_missing(not_due);
@@ -115,8 +115,8 @@ constexpr int missed_samples(Scalar dt_s, Scalar sample_period_s) {
   return periods > Scalar(1.5) ? static_cast<int>(periods + Scalar(0.5)) - 1 : 0;
 }
 
-/// Returns the status of one channel. From `stale_after` samples in a row that were not used unchanged on, the status
-/// is kStale or kOutOfRange.
+/// Returns the status of one channel. Once `stale_after` samples in a row were not used unchanged, the status is kStale
+/// or kOutOfRange.
 template <Arithmetic kArithmetic>
 constexpr StepStatus status_of(ChannelHealth health, std::uint16_t stale_after) {
   const std::uint32_t limit = stale_after < kMostCounted ? stale_after : kMostCounted;
@@ -141,7 +141,7 @@ struct ReadingRange {
   /// Validates the readings of a sample. `accepted` holds the last good readings; usable values overwrite them. An
   /// output that wraps ends within half a turn of its last good value. Updates the health of each channel. Returns true
   /// if a reading was held. The data decides no branch, so that the time is constant (arithmetic.h). Model: for
-  /// not_due(); void: every output is one of every sample.
+  /// not_due(); void: every output has a value in every sample.
   template <Arithmetic kArithmetic, class Model = void>
   constexpr bool validate(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], ChannelHealth* health) const {
     bool held = false;

@@ -6,13 +6,13 @@
 //
 //   off_r = (z - S y - mean)_r / deviation_r
 //   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / (deviation_j (1 + motion_j mean_r |off_r|))
-//                                              dy_j: change of output j since the last sample; z, y, x_hat, off of then
+//                     dy_j: change of output j since the last sample; z, y, x_hat and off are those of the last sample
 //   m <- m + a (e - m),  v <- v + a (e^2 - v),  r <- r + a (e e_last - r)      a = 1 - exp(-period / window)
-//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is biased, either way, how long
+//   p <- p + a_longest (m^2 - p)           mean square of the smoothed innovation: large after a long bias
 //   d <- d + a (mean_r off_r^2 - d)
-//   q_j <- q_j + a (missing_j - q_j)                                over the first window
-//   b_i <- b_i + a (|x_hat_i - row_i [z - S y; y] - c_i| / deviation_i - b_i)      over the second window, or the first
-//                                                                                  the disagreement of state i
+//   q_j <- q_j + a (missing_j - q_j)       share of missing samples, over the first window
+//   b_i <- b_i + a (|x_hat_i - row_i [z - S y; y] - c_i| / deviation_i - b_i)
+//                     disagreement of state i, over the second window if there is one, else over the first
 //
 // A slow output (measurement.h) has an innovation when it arrives. Between its samples it keeps its last innovation and
 // is not missing. It is missing once it is late by half its period. Its r is not watched and stays 0.
@@ -28,9 +28,9 @@
 //
 // widened() widens the intervals of an estimate by the disagreement.
 //
-// No heap, no exceptions, no libm. Every statistic stays finite for any input. Statistics that no sequence of samples
-// can produce come from corrupted memory: the alarm is kReset, and the monitor starts again. It counts samples, so
-// steps may jitter as they did in training. After a gap that made the observer stale it arms again by itself.
+// No heap, no exceptions, no libm. Every statistic stays finite for any input. Statistics that no samples can produce
+// come from corrupted memory: the alarm is kReset, and the monitor starts again. It counts samples, not seconds, so
+// steps may jitter as much as in training. After a gap that made the observer stale it arms again by itself.
 #pragma once
 
 #include <cstdint>
@@ -72,7 +72,7 @@ class Monitor {
     Scalar missing_share;
     Scalar raw;             // the last finite measurement, used or not
     Scalar moved;           // predicted change since that measurement began to repeat [deviations]
-    std::uint16_t equal;    // measurements in a row that repeat it, not counted at rest; kFrozen: until it moves
+    std::uint16_t equal;    // repetitions of it in a row, not counted at rest; kFrozen: frozen until it changes
     std::uint8_t rejected;  // in a row
     std::uint8_t missing;   // in the sample that watch() judges next; not a bool, because a bit flip may make any byte
   };
@@ -162,7 +162,7 @@ class Monitor {
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
     const auto taken = observer.save();
-    if (taken.started != 1)  // it has seen nothing yet
+    if (taken.started != 1)  // the observer has no measurement yet
       return begin_again(taken.status == StepStatus::kReset ? Alarm::kReset : Alarm::kNone);
     const auto& y = taken.y;  // readings: held, clamped, angles within a turn
     const auto z = observer.relative_latent();
@@ -223,7 +223,7 @@ class Monitor {
   /// Returns the alarm of the latest watch().
   [[nodiscard]] constexpr Alarm alarm() const { return state_.alarm; }
 
-  /// Returns the largest statistic over its limit: above 1 once armed, alarm. 0 after kReset.
+  /// Returns the largest ratio of a statistic to its limit. Above 1 the armed monitor raises an alarm. 0 after kReset.
   [[nodiscard]] constexpr Scalar level() const { return state_.level; }
 
  private:
@@ -241,7 +241,7 @@ class Monitor {
 
   static constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
   static constexpr std::uint16_t kFrozen = 65535;
-  // An average stays within the values that it averages, but for rounding.
+  // An average stays within the range of its values, apart from rounding.
   static constexpr Scalar kMostSquare = Scalar(kLargestInnovation * kLargestInnovation) * Scalar(1.01);
 
   constexpr Alarm begin_again(Alarm why) {
@@ -374,9 +374,9 @@ class Monitor {
     }
   }
 
-  /// Finds the largest statistic over its limit. Returns false if the statistics are not ones that samples can produce:
-  /// a value that is far out or not a number shows in their sum. A smaller corruption may raise an alarm, and is
-  /// forgotten as innovations are.
+  /// Finds the largest ratio of a statistic to its limit. Returns false if no samples can have produced the statistics:
+  /// a value that is far too large or NaN shows in their sum. A smaller corruption may raise an alarm. It then decays
+  /// like an old innovation.
   constexpr bool judge() {
     constexpr Scalar kMostTogether = kMostSquare * Scalar(Model::kWindows * (3 * kNy + 1) + kNy + kNx);
     Scalar worst = 0, together = 0;
@@ -392,7 +392,7 @@ class Monitor {
       together += own.missing_share;
       ask(own.missing_share, model_->missing_limit[j], Alarm::kMissing);
     }
-    const bool missing = worst > Scalar(1);  // an alarm before the monitor is armed, too
+    const bool missing = worst > Scalar(1);  // raises an alarm even before the monitor is armed
     for (int j = 0; j < kNy; ++j) {
       const OutputState& own = state_.outputs[j];
       for (int w = 0; w < Model::kWindows; ++w) {

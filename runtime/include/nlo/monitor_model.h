@@ -14,7 +14,7 @@ enum class Alarm : std::uint8_t {
   kInnovationMean,         ///< predictions are biased for longer than noise explains: plant, parameters or sensor bias
   kInnovationVariance,     ///< more noise than in training
   kInnovationCorrelation,  ///< successive prediction errors are correlated: plant or parameters
-  kLatentDistance,         ///< z is where training seldom was
+  kLatentDistance,         ///< z is in a region that training seldom reached
   kMissing,                ///< too many measurements of one output are missing, frozen or rejected by the gate
   kDisagreement,           ///< T* and its linear fit disagree: the estimate extrapolates
   kReset,  ///< memory of the monitor or of the observer is corrupted: the monitor starts again, not armed
@@ -51,7 +51,7 @@ struct MonitorModel {
   Scalar most_moved[kNy] = {};      ///< predicted change during equal readings after which a sensor is frozen
                                     ///< [deviations]; 0: never
   Scalar motion[kNy] = {};          ///< growth of the innovation with the distance of z from its mean
-  Scalar row[kNx][kNz + kNr] = {};  ///< linear fit of x_hat / its deviation from T*
+  Scalar row[kNx][kNz + kNr] = {};  ///< linear fit of x_hat, divided by the deviation of T* from it
   Scalar row_offset[kNx] = {};
   Scalar per_row_deviation[kNx] = {};  ///< 1 / deviation of T* from the fit; 0: this state is not compared
   Scalar disagreement_limit[kNx] = {};
@@ -64,8 +64,8 @@ inline constexpr int kLargestInnovation = 5;
 inline constexpr int kOrdinaryDisagreement = 2;
 
 /// The gate rejects at most this many measurements in a row, and never for longer than the monitor takes to arm. Then
-/// the sensor is believed until its innovation is ordinary again. Outliers in one sample of five fill five in a row
-/// once in 3,000 samples.
+/// the sensor is believed until its innovation is ordinary again. If every fifth sample is an outlier, five
+/// outliers in a row occur once in 3,000 samples.
 inline constexpr int kMostRejected = 5;
 
 /// The limit of a statistic that is not watched. Any other limit is one that the statistic can reach.

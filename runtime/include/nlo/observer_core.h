@@ -54,7 +54,7 @@ concept HasValues = requires(const M& model) {
 ///   estimate(z, y, x_hat)                   x_hat = T*(z, y)
 ///   start(y, z)                             optional: sets z at the first measurement, after z = initial + S y
 ///   start(y, arrived, z)                    the same for a model with kReadsArrivals
-/// For the deterministic policy these are templates on the policy; with inputs that are no readings always.
+/// A model for the deterministic policy, or with inputs that are no readings, defines them as templates on the policy.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {
@@ -133,7 +133,7 @@ class ObserverCore {
     return x_hat;
   }
 
-  /// Returns x_hat and the half widths of its intervals (error_head.h). Only models with an error head have it. They
+  /// Returns x_hat and the half widths of its intervals (error_head.h), for models with an error head. The half widths
   /// are kUnknownSigma outside of the domain and from status kStale on.
   [[nodiscard]] auto estimate_with_error() const requires KnowsError<Model> {
     return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, error_is_known());
@@ -162,8 +162,8 @@ class ObserverCore {
     return status_of<kArithmetic>(counted_health(at), model_->stale_after);
   }
 
-  /// Returns true if output j arrived in the latest step, and for an output without a period of its own. A slow output
-  /// does not arrive between its samples, when its status is kOk, too.
+  /// Returns true if output j arrived in the latest step; always true for an output without its own period. Between
+  /// its samples a slow output has not arrived, although its status is kOk.
   [[nodiscard]] constexpr bool has_arrived(int output) const {
     return !is_slow(output) || (state_.health[output] & kHeldBit) == 0;
   }
@@ -203,7 +203,7 @@ class ObserverCore {
   [[nodiscard]] constexpr const Model& model() const { return *model_; }
   [[nodiscard]] constexpr State save() const { return state_; }
 
-  /// Continues from a saved state. Refused (false, nothing changed) unless stepping can reach it.
+  /// Continues from a saved state. Returns false and changes nothing if steps cannot lead to that state.
   [[nodiscard]] constexpr bool restore(const State& saved) {
     if (!is_reachable<Model>(saved, model_->outputs)) return false;
     state_ = saved;
@@ -229,7 +229,7 @@ class ObserverCore {
     const bool held = validate<kRegular>(y, u, y_next, u_next, dt_s);
     update_status(missing);
     leave_out_held(arrived);
-    bool reachable = false;  // whether the model has shown that z is
+    bool reachable = false;  // true if the model has shown that z is reachable
     if (state_.started == 1) {
       reachable = advance(y_next, arrived, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];                      // y <- y_next
@@ -271,7 +271,7 @@ class ObserverCore {
 
  private:
   static constexpr int kFailing = kNf == 0 ? 1 : kNf;
-  /// Outputs that may fail, in a sample.
+  /// State of the outputs that may fail, in one sample.
   struct Missing {
     Vector<bool, kFailing> missing{};
     Vector<ChannelHealth, kSlow ? kFailing : 1> absent{};  ///< health of a slow output; 0: it arrived
@@ -393,7 +393,7 @@ class ObserverCore {
     return (any & kHeldBit) == 0;
   }
 
-  /// Keeps the slow outputs that arrive before the first sample that all others have.
+  /// Stores slow outputs that arrive before the observer has started.
   constexpr void keep_slow(const Scalar (&y)[kNr]) {
     for (int j = 0; kSlow && j < kNr; ++j)
       if (is_slow(j)) state_.y[j] = start_value(j, y[j]);
@@ -413,7 +413,7 @@ class ObserverCore {
     return sound;
   }
 
-  /// If a bit flip has corrupted the state, the next measurement is the first.
+  /// Resets after a bit flip has corrupted the state. The next measurement then starts the observer.
   constexpr StepStatus reset_after_corruption() {
     reset();
     return state_.status = StepStatus::kReset;

@@ -33,9 +33,9 @@
 namespace nlo::inline NLO_ISA {
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
-///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), which writes the n_y outputs and then dh/dx row by
-///     row;
-///              each operation is rounded by itself
+///   Equations  derivative(x, u, dx) computes d[x; p]/dt. output(x, y) writes the n_y outputs and then dh/dx row by
+///              row. Each operation is rounded by itself, so that the bits are the same
+///              on every target
 template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
           class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
 struct PriorModel {
@@ -75,9 +75,9 @@ struct PriorModel {
   Scalar state_noise[kNx], output_noise[kNy];       ///< variances at c_q = 0 (per sample period) and c_r = 0
   ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;
-  Gates gates;             ///< to a_s, then a_g
-  Candidate candidate;     ///< to the argument of the tanh
-  Correction correction;   ///< to K row by row, then b, c_q, c_r
+  Gates gates;             ///< layer that computes [a_s; a_g]
+  Candidate candidate;     ///< layer that computes the argument of the tanh
+  Correction correction;   ///< layer that computes K row by row, then b, c_q, c_r
   InverseMap inverse_map;  ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 

@@ -131,7 +131,7 @@ struct QuantisedMap {
   float centre[kReads];
   float gain[kReads];  ///< 32767 / (half of the range of the input)
   Mlp_ mlp;
-  float scale[kOut];  ///< from the sums of the last layer to x_hat
+  float scale[kOut];  ///< factor from the sums of the last layer to x_hat
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ClockProducts_ products{};
 

@@ -21,7 +21,7 @@ namespace nlo::inline NLO_ISA::kernels::int16 {
 
 inline constexpr int kLatentBits = 23, kBelowQ15 = kLatentBits - 15;
 inline constexpr std::uint32_t kLatentExponent = std::uint32_t{kLatentBits}
-                                                 << 23;  ///< added to the bits of a float, multiplies it by 2^23
+                                                 << 23;  ///< multiplies a float by 2^23 if added to its bits
 
 /// Returns 2^23 z, rounded towards zero; z is limited to +-32767/32768.
 NLO_INLINE constexpr std::int32_t integer_latent(float z) {
@@ -37,8 +37,8 @@ NLO_INLINE constexpr float float_latent(std::int32_t z) {
   return std::bit_cast<float>(bits - (kLatentExponent & (0U - static_cast<std::uint32_t>(z != 0))));
 }
 
-/// Returns the share of the way to its target that a unit goes in a step of `periods` sample periods, in Q15.
-/// argument: of its gate, in Q16.
+/// Returns the fraction of the distance to its target that a unit covers in a step of `periods` sample periods, in Q15.
+///   argument  argument of its gate, in Q16
 inline std::int32_t share_over(std::int32_t argument, float periods) {
   return static_cast<std::int32_t>(
       rounded(gate_over(rounded(static_cast<float>(argument) * 0x1p-16F), periods) * 32767.0F));

@@ -39,7 +39,7 @@ namespace x86 {
 namespace avx2 {
 #define NLO_CODE NLO_CODE_AVX2
 #include "nlo/kernels/per_isa/recurrence.inc"
-// Behind it.
+// plants.inc uses recurrence.inc. This comment keeps the formatter from sorting the two.
 #include "nlo/kernels/per_isa/plants.inc"
 #undef NLO_CODE
 }  // namespace avx2
@@ -47,7 +47,7 @@ namespace avx2 {
 namespace avx512 {
 #define NLO_CODE NLO_CODE_AVX512
 #include "nlo/kernels/per_isa/recurrence.inc"
-// Behind it.
+// As above.
 #include "nlo/kernels/per_isa/plants.inc"
 #undef NLO_CODE
 }  // namespace avx512
@@ -216,8 +216,8 @@ class SampledBatch {
     return status;
   }
 
-  /// Steps a whole block in which every measurement, and every z, is as it should be;
-  /// else does nothing and returns false.
+  /// Steps a whole block if all its plants have started, all readings can be used unchanged, and every z is reachable.
+  /// Otherwise does nothing and returns false.
   template <int kBlock>
   bool step_block(const Rows& y, int first) {
     int started = 0;

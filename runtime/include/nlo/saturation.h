@@ -2,8 +2,8 @@
 // Saturation: limits the z that T* reads to a box, the domain of the training and a margin around it. A learned T* is
 // arbitrary far away from its training data. With saturation the estimate there stays near the estimate at the edge.
 //   x_hat = T*(sat(z), y),              sat(z) = z limited to [min, max] in each coordinate
-//   x_hat = T*(S y + sat(z - S y), y)   for outputs that T* reads only relative to their steady state S y, such as
-//     angles
+//   x_hat = T*(S y + sat(z - S y), y)
+//                                       for outputs that T* reads only through z - S y, such as angles
 // sat is continuous. Inside the box it returns z, bit for bit.
 #pragma once
 

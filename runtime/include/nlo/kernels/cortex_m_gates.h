@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The element-wise part of a step of gated units (gated.inc) for Cortex-M cores with an FPU. Eight units at a time are
-// loaded and stored by multiple-register instructions: 2.6 and 3.9 instructions per unit, where compiled loops take 8
-// and 10. The functions ..._plain() give the same bits in C++ on any machine.
+// loaded and stored by multiple-register instructions. reset_units() takes 2.6 instructions per unit and move_units()
+// 3.9; compiled loops take 8 and 10. The functions ..._plain() give the same bits in C++ on any machine.
 #pragma once
 
 #include <bit>

@@ -12,8 +12,8 @@
 
 namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
-/// Row 128 + k: coefficients of c_0 + c_1 x + c_2 x^2 + c_3 x^3 for the x with 16 x, rounded towards zero, equal to k.
-/// The first and last row also serve all x beyond.
+/// Row 128 + k: coefficients of c_0 + c_1 x + c_2 x^2 + c_3 x^3 for all x with trunc(16 x) = k. The first and the
+/// last row also apply to all x beyond the table.
 struct TanhPieces {
   static constexpr int kEach = 16, kRows = 256, kMiddle = kRows / 2;
   alignas(16) float rows[kRows][4];
@@ -62,7 +62,7 @@ inline constexpr TanhPieces kTanhPieces = [] {
 template <int kIn, int kOut>
 inline constexpr bool kTakesPieces = kIn* kOut >= 4 * TanhPieces::kRows;
 
-/// Computes the same as the assembly for finite x. An infinite x, which only a sum that overflows can be, gives NaN.
+/// Computes the same as the assembly for finite x. An infinite x gives NaN; only a sum that overflows is infinite.
 inline float tanh_by_pieces_plain(float x) {
   constexpr float kEnd = static_cast<float>(TanhPieces::kMiddle) / TanhPieces::kEach;
   int k = TanhPieces::kMiddle - 1;

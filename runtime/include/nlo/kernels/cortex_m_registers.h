@@ -17,8 +17,8 @@
 
 namespace nlo::inline NLO_ISA::kernels::cortex_m {
 
-/// Coefficients of tanh_rational(): the leading ones of P and Q, then the other four of each, highest power first, once
-/// for each value of a pair.
+/// Coefficients of tanh_rational(): the leading coefficients of P and Q, then the other four of each, highest power
+/// first. These eight are stored twice, once for each value of a pair.
 inline constexpr auto& kBestTanh = kTanhFit<Activation::kTanh, float>;
 inline constexpr float kTanhCoefficients[18] = {
     kBestTanh.p[4], kBestTanh.q[4],                                                                                  //
@@ -55,7 +55,7 @@ inline constexpr float kTanhCoefficients[18] = {
 #define NLO_ROW13(op, x) NLO_ROW12(op, x) op(12, 25, x)
 
 // A block of `size` outputs: sums in s0.., weights in s13.., up to five inputs in s26... It processes `tens` times ten
-// inputs, then five if there are so many left, then the `rest`. Parts that do not occur are not assembled.
+// inputs, then five if at least five are left, then the `rest`. Parts without inputs are not assembled.
 #define NLO_INPUT(size, op, loaded, x) "vldmia %[weights]!, {" loaded "}\n" NLO_ROW##size(op, x)
 #define NLO_FIVE(size, op, loaded)                                                             \
   "vldmia %[in]!, {s26-s30}\n" NLO_INPUT(size, op, loaded, 26) NLO_INPUT(size, op, loaded, 27) \

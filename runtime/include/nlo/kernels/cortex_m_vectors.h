@@ -30,7 +30,7 @@
 
 namespace nlo::inline NLO_ISA::kernels::cortex_m_vectors {
 
-/// The outputs as vectors of four, and these as tiles.
+/// Divides the outputs into vectors of four, and the vectors into tiles.
 template <int kOut>
 using Tiles = cortex_m::Parts<(kOut + 3) / 4, 6>;
 

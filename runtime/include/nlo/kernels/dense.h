@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Chooses the kernel of the target for a layer, and with it the layout of the weights. Architecture and type of the
-// weights decide, never the instruction sets that the compiler may use: a model has the same bytes in all objects of a
-// program.
+// Chooses the kernel of the target for a layer, and with it the layout of the weights. The choice depends on the
+// architecture and on the type of the weights, never on the instruction sets that the compiler may use. Therefore a
+// model has the same bytes in all objects of a program.
 //   panels.h           CPUs with vectors of any length
 //   without_vectors.h  CPUs without vectors, and NLO_SCALAR_KERNELS (for comparisons)
 //   x86_dispatch.h     with NLO_CPU_DISPATCH, the best instruction set of the CPU

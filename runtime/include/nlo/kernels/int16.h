@@ -55,7 +55,7 @@ inline constexpr int kOne = 32767;
 /// Blocks of the outputs: 5 or 4 rows each, with rows of zeros at the end if needed; or one block of all rows.
 template <int kOut>
 struct Blocks {
-  static constexpr int kWhole = kOut <= NLO_LARGEST_WHOLE ? kOut : 0;  ///< rows of the one block; 0: there are several
+  static constexpr int kWhole = kOut <= NLO_LARGEST_WHOLE ? kOut : 0;  ///< rows if one block holds all outputs, else 0
   static constexpr int fours(int rows) { return kWhole > 0 ? 0 : (5 - rows % 5) % 5; }
   static constexpr int kRows = [] {
     int rows = kOut;
@@ -71,12 +71,12 @@ struct Blocks {
 template <int kIn>
 inline constexpr int kPairs = (kIn + 1) / 2;
 
-/// Position of the weight of input i for row r in a block of `size` rows: pair of inputs by pair, then row by row.
+/// Position of the weight of input i for row r in a block of `size` rows: ordered by pair of inputs, then by row.
 constexpr int pair_position(int size, int r, int i) {
   return 2 * (i / 2 * size + r) + i % 2;
 }
 
-/// The same for this target. With vectors: eight inputs by eight, then the remaining pairs.
+/// The same for the layout of this target. With vectors (MVE) inputs are grouped by eight; the remaining pairs follow.
 constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i) {
 #if defined(__riscv)
   return i * size + r;
@@ -322,8 +322,8 @@ __attribute__((noinline)) void add_block(const std::int16_t* weights, const std:
   ", r2\n"                     \
   "add " sum ", " weights "\n"
 
-/// The same for the inputs up to `in_end`, at least one pair. Not inlined, because it uses all registers but the stack
-/// pointer.
+/// Computes the sums over the inputs up to `in_end`, at least one pair. Not inlined, because it uses all registers but
+/// the stack pointer.
 template <int kSize>
 __attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std::int16_t* in,
                                          const std::int16_t* in_end, const std::int32_t* bias,
@@ -388,8 +388,8 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #endif
 
-/// Computes one layer. Calls write(o, sum) for each row o, rows of padding included.
-///   weights  in the order of weight_position(), 4-byte aligned; bias Blocks::kRows; in 2 kPairs<kIn>, 4-byte aligned
+/// Computes one layer. Calls write(o, sum) for each row o, rows of padding included. `weights` has the order of
+/// weight_position(), `bias` has Blocks::kRows values, `in` has 2 kPairs<kIn>. weights and in are 4-byte aligned.
 template <int kIn, int kOut, class Write>
 NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, const std::int16_t* in, Write write) {
   using B = Blocks<kOut>;

@@ -4,9 +4,9 @@
 //   tiles   up to 64 outputs each, a multiple of 16. For each input, the weights of all outputs of the tile are side by
 //           side. Sums stay in registers during the loop over the inputs; every load is of whole, aligned cache lines
 //   eight   8 further outputs, likewise
-//   rest    up to 7 further outputs, row-major: one dot product each, rows padded with zeros to a multiple of 4. In
-//     layers
-//           with few inputs column-major: side by side for each input, padded with zeros to a multiple of 4 outputs
+//   rest    up to 7 further outputs. Usually row-major: one dot product each, rows padded with zeros to a multiple of
+//           4. In layers with few inputs column-major: the weights of all outputs are side by side for each input,
+//           padded with zeros to a multiple of 4 outputs
 // Nothing else is padded. The usual 50 x 50 layers, padded to 64, would not fit into a 32 KB L1 cache.
 //
 // Vectors of activations are padded with zeros to a multiple of 4 and aligned to 64 bytes.
@@ -28,7 +28,7 @@
 
 namespace nlo::inline NLO_ISA {
 
-/// Type of the sums of a network with such weights. weight.h has weights of 16 bits, which are computed with in float.
+/// Type of the sums of a network with such weights. Weights of 16 bits (weight.h) are converted to float.
 template <class Weight>
 struct ComputesIn {
   using Type = Weight;
@@ -44,12 +44,12 @@ constexpr int rounded_up(int n, int multiple) {
   return (n + multiple - 1) / multiple * multiple;
 }
 
-/// Size of a buffer for `n` values of a layer, with the zeros that kernels put behind them.
+/// Size of a buffer for `values` values of a layer and the zeros that kernels append to them.
 constexpr int padded(int values) {
   return kHasVectors ? rounded_up(values, 4) : values;
 }
 
-/// The layout of one layer with sizes as values, which generators of headers use too.
+/// The layout of one layer, with its sizes as run-time values. The header generator uses it too.
 struct PanelLayout {
   int in, out;
 
