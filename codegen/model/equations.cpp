@@ -40,9 +40,8 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
         to.emplace_back(from[i], names, Expression::Language::kFunctions);
       } catch (const Error& error) {
         fail(
-            "equations.{}[{}]: {}; equations of an observer are sums, products, quotients, whole powers and functions "
-            "of "
-            "one argument",
+            "equations.{}[{}]: {}; equations of an observer are sums, products, quotients, whole powers, functions of "
+            "one argument, min and max",
             what, i, error.what());
       }
   };

@@ -146,10 +146,16 @@ class ExpressionParser {
     std::vector<std::string> known = names_;
     std::erase(known, "");  // in place of names that must not be read
     fail("expression \"{}\" reads \"{}\": expected a measured output that does not wrap, or an input{}; there is {}",
-         text_, word, functions_ ? ", or a function (" + function_names() + ", tan)" : "", fmt::join(known, ", "));
+         text_, word, functions_ ? ", or a function (" + function_names() + ", tan, min, max)" : "",
+         fmt::join(known, ", "));
   }
 
   bool function(std::string_view word, std::size_t end) {
+    if (word == "min" || word == "max") {
+      at_ = end;
+      extremum(word == "min" ? Kind::kMinimum : Kind::kMaximum);
+      return true;
+    }
     const FunctionRow* row = function_named(word == "tan" ? "sin" : word);
     if (word == "pi") {
       at_ = end;
@@ -169,6 +175,17 @@ class ExpressionParser {
     append({.kind = Kind::kFunction, .function = Function::kCosine});
     append(Kind::kQuotient);
     return true;
+  }
+
+  /// Takes the arguments of min or max, one or more.
+  void extremum(Kind kind) {
+    if (!take('(')) refuse("\"(\"");
+    sum();
+    while (take(',')) {
+      sum();
+      append(kind);
+    }
+    if (!take(')')) refuse("\",\" or \")\"");
   }
 
   double number(const char* expected) {
@@ -243,6 +260,12 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
       stack.pop_back();
       Part& left = stack.back();
       // Parentheses around the right operand keep the order of evaluation: it is evaluated first.
+      if (node.kind == Kind::kMinimum || node.kind == Kind::kMaximum) {
+        left = {fmt::format("{}({}, {})", node.kind == Kind::kMinimum ? "minimum" : "maximum", summand(left),
+                            summand(right)),
+                Kind::kReading};
+        continue;
+      }
       if (multiplies(node.kind))
         left.text = enclosed(left, false) + (node.kind == Kind::kProduct ? " * " : " / ") +
                     enclosed(right, multiplies(right.kind));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Expressions of readings. Computed outputs may have sums, products and integer powers. Known equations may also divide
-// and call functions. Flight and training evaluate them in the order in which they are written.
+// Expressions of readings. Computed outputs may have sums, products and integer powers. Known equations may also
+// divide, call functions, and take the least or greatest of several values. Flight and training evaluate them in the
+// order in which they are written.
 //   1.5 * yaw_rate * wheel_speed - slope^2               -(w2 * sin(angle) + b * rate) / (j + cos(angle)^2)
 #pragma once
 
@@ -21,7 +22,7 @@ class Expression {
   /// Allowed operations. Computed outputs may divide only by numbers, because a measured value may be 0.
   enum class Language { kPolynomial, kFunctions };
 
-  enum class Kind { kNumber, kReading, kSum, kDifference, kProduct, kQuotient, kSquare, kFunction };
+  enum class Kind { kNumber, kReading, kSum, kDifference, kProduct, kQuotient, kMinimum, kMaximum, kSquare, kFunction };
   /// Nodes in the order of evaluation: operands stand before their operation.
   struct Node {
     Kind kind;
@@ -63,6 +64,8 @@ class Expression {
       if (node.kind == Kind::kDifference) left = left - right;
       if (node.kind == Kind::kProduct) left = left * right;
       if (node.kind == Kind::kQuotient) left = left / right;
+      if (node.kind == Kind::kMinimum) left = minimum_of(left, right);
+      if (node.kind == Kind::kMaximum) left = maximum_of(left, right);
     }
     return stack[0];
   }
@@ -74,8 +77,8 @@ class Expression {
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<int>& reads() const { return reads_; }  ///< which readings, rising
-  int operations() const;                                   ///< multiplications, divisions and additions
-  int functions() const;                                    ///< evaluations of one
+  int operations() const;  ///< multiplications, divisions, additions, minima and maxima
+  int functions() const;   ///< evaluations of one
 
   /// Returns its parity from the parities of the readings.
   Parity parity(const std::vector<Parity>& readings) const;

@@ -28,6 +28,9 @@ Nodes applied(Function function, Nodes nodes) {
   return nodes;
 }
 
+/// Least root by which the slope of a root of a maximum divides. sqrt(max(v, 0)) has no bound of its slope otherwise.
+constexpr double kLeastRoot = 5e-4;
+
 /// Slope of a function at v, where its value is f.
 Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
   const Nodes one = number_nodes(1.0);
@@ -43,7 +46,9 @@ Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
     case Function::kLogarithm:
       return quotient(one, v);
     case Function::kRoot:
-      return quotient(f, sum(product(number_nodes(2.0), v), number_nodes(1e-6)));
+      return v.back().kind == NodeKind::kMaximum
+                 ? quotient(number_nodes(0.5), combined(f, number_nodes(kLeastRoot), NodeKind::kMaximum))
+                 : quotient(f, sum(product(number_nodes(2.0), v), number_nodes(1e-6)));
     case Function::kArcTangent:
       return quotient(one, sum(one, product(v, v)));
     case Function::kMagnitude:
@@ -51,6 +56,17 @@ Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
     default:
       return {};
   }
+}
+
+struct Term {
+  Nodes value, slope;
+};
+
+/// Slope of a where a - b has the sign `chosen`, slope of b where it has the other one, their mean where it is 0.
+Nodes slope_of_one(const Term& a, const Term& b, double chosen) {
+  const Nodes ahead = is_number(b.value, 0.0) ? a.value : difference(a.value, b.value), half = number_nodes(0.5),
+              side = product(number_nodes(0.5 * chosen), applied(Function::kSign, ahead));
+  return sum(product(a.slope, sum(half, side)), product(b.slope, difference(half, side)));
 }
 
 }  // namespace
@@ -79,9 +95,6 @@ ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b) {
 }
 
 ExpressionNodes derivative(const Expression& expression, int reading) {
-  struct Term {
-    Nodes value, slope;
-  };
   std::vector<Term> stack;
   for (const Expression::Node& node : expression.nodes()) {
     if (node.kind == NodeKind::kNumber || node.kind == NodeKind::kReading) {
@@ -112,6 +125,8 @@ ExpressionNodes derivative(const Expression& expression, int reading) {
       left.slope = sum(product(left.slope, right.value), product(left.value, right.slope));
     if (node.kind == NodeKind::kQuotient)
       left.slope = difference(quotient(left.slope, right.value), quotient(product(value, right.slope), right.value));
+    if (node.kind == NodeKind::kMinimum) left.slope = slope_of_one(left, right, -1.0);
+    if (node.kind == NodeKind::kMaximum) left.slope = slope_of_one(left, right, 1.0);
     left.value = std::move(value);
   }
   return stack.back().slope;

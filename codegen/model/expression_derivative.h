@@ -18,8 +18,9 @@ ExpressionNodes sum(ExpressionNodes a, const ExpressionNodes& b);
 ExpressionNodes difference(ExpressionNodes a, const ExpressionNodes& b);
 ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b);
 
-/// d(expression) / d(reading). 0 where a size or a sign has none. A root's is root(v) / (2 v + 1e-6), which has a value
-/// at 0, too.
+/// d(expression) / d(reading). 0 where a size or a sign has none. Where the terms of a minimum or maximum are equal, it
+/// is the mean of their slopes. A root's is root(v) / (2 v + 1e-6), which has a value at 0, too. A root of a maximum:
+/// 1 / (2 max(root(v), 5e-4)). It is exact from v = 2.5e-7 on, and interval arithmetic finds its bound.
 ExpressionNodes derivative(const Expression& expression, int reading);
 
 /// As an expression: of nothing it is 0.

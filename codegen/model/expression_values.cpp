@@ -122,6 +122,15 @@ Interval square(Interval a) {
   return {a.low < 0.0 && a.high > 0.0 ? 0.0 : ends.low, ends.high};
 }
 
+Interval minimum_of(Interval a, Interval b) {
+  if (!a.bounded() || !b.bounded()) return Interval::any();
+  return {std::min(a.low, b.low), std::min(a.high, b.high)};
+}
+Interval maximum_of(Interval a, Interval b) {
+  if (!a.bounded() || !b.bounded()) return Interval::any();
+  return {std::max(a.low, b.low), std::max(a.high, b.high)};
+}
+
 Interval value_of(Function function, Interval x) {
   const auto rising = [&] { return outwards(number_of(function, x.low), number_of(function, x.high), kLibraryUnits); };
   // Arguments for which the runtime's functions are defined.
@@ -163,6 +172,12 @@ WithParity operator*(WithParity a, WithParity b) {
 }
 WithParity operator/(WithParity a, WithParity b) {
   return a * b;
+}
+WithParity minimum_of(WithParity a, WithParity b) {
+  return a.parity == Parity::kEven && b.parity == Parity::kEven ? a : WithParity(Parity::kNeither);
+}
+WithParity maximum_of(WithParity a, WithParity b) {
+  return minimum_of(a, b);
 }
 WithParity value_of(Function function, WithParity x) {
   if (x.parity != Parity::kOdd) return x;

@@ -26,6 +26,16 @@ std::string function_names();
 double value_of(Function function, double x);
 float value_of(Function function, float x);
 
+/// The least and the greatest of two numbers; NaN if either is.
+template <class Scalar>
+Scalar minimum_of(Scalar a, Scalar b) {
+  return a > b || b != b ? b : a;
+}
+template <class Scalar>
+Scalar maximum_of(Scalar a, Scalar b) {
+  return a < b || b != b ? b : a;
+}
+
 template <class Value>
 Value square(const Value& x) {
   return x * x;
@@ -46,6 +56,8 @@ Interval operator-(Interval a, Interval b);
 Interval operator*(Interval a, Interval b);
 Interval operator/(Interval a, Interval b);
 Interval square(Interval a);
+Interval minimum_of(Interval a, Interval b);
+Interval maximum_of(Interval a, Interval b);
 Interval value_of(Function function, Interval x);
 
 /// Behaviour of a quantity when all odd quantities change their sign.
@@ -62,6 +74,8 @@ WithParity operator+(WithParity a, WithParity b);
 WithParity operator-(WithParity a, WithParity b);
 WithParity operator*(WithParity a, WithParity b);
 WithParity operator/(WithParity a, WithParity b);
+WithParity minimum_of(WithParity a, WithParity b);
+WithParity maximum_of(WithParity a, WithParity b);
 WithParity value_of(Function function, WithParity x);
 
 }  // namespace nlo::codegen

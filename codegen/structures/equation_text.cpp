@@ -19,13 +19,18 @@
 namespace nlo::codegen {
 namespace {
 
-/// Functions that the equations name, and exp, which the noises need.
-std::set<Function> functions_of(const Equations& equations) {
-  std::set<Function> named = {Function::kExponential};
+constexpr std::string_view kMinimum = "minimum", kMaximum = "maximum";
+
+/// Runtime functions that the equations call, and exp, which the noises need.
+std::set<std::string_view> functions_of(const Equations& equations) {
+  std::set<std::string_view> named = {row_of(Function::kExponential).runtime};
   const auto add = [&](const std::vector<Expression>& expressions) {
     for (const Expression& expression : expressions)
-      for (const Expression::Node& node : expression.nodes())
-        if (node.kind == Expression::Kind::kFunction) named.insert(node.function);
+      for (const Expression::Node& node : expression.nodes()) {
+        if (node.kind == Expression::Kind::kFunction) named.insert(row_of(node.function).runtime);
+        if (node.kind == Expression::Kind::kMinimum) named.insert(kMinimum);
+        if (node.kind == Expression::Kind::kMaximum) named.insert(kMaximum);
+      }
   };
   for (const SharedExpressions* shared : {&equations.derivative(), &equations.output()}) {
     add(shared->parts);
@@ -101,13 +106,16 @@ std::string EquationLines::lines(const std::vector<Expression>& expressions, con
 }
 
 std::string c99_functions(const Equations& equations, const Initialiser& init) {
-  const std::set<Function> named = functions_of(equations);
+  const std::set<std::string_view> named = functions_of(equations);
   auto values = init.scalar_bytes() == 4 ? numbers<float>() : numbers<double>();
-  for (const FunctionRow& row : all_functions()) {
-    std::string key(row.runtime);
+  const auto set = [&](std::string_view function) {
+    std::string key(function);
     for (char& c : key) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    values[key] = named.contains(row.function) ? "true" : "";
-  }
+    values[key] = named.contains(function) ? "true" : "";
+  };
+  for (const FunctionRow& row : all_functions()) set(row.runtime);
+  set(kMinimum);
+  set(kMaximum);
   values["CIRCLE"] = values["SINE"] + values["COSINE"];
   return filled(embedded_text("c99/functions.c.in"), values);
 }

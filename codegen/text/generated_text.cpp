@@ -31,7 +31,7 @@ constexpr std::array kRuntimeNames = {
     "explicit_rk_step", "exponential", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "hyperbolic_tangent", "in_triangle", "integrate",
     "is_below", "is_finite", "is_reachable", "is_tanh", "jvp", "restart", "rotation_vector", "kConstantTime", "kComputed", "kEuler", "kHeldOnce", "kHeldBit", "kClampedBit", "kMostCounted", "kHeun", "kLargestInnovation", "kLeastNoise", "kMostPieces", "kMostRejected", "kNoLimit", "kOrdinaryDisagreement", "kRk4",
     "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kUnknownSigma", "kernels", "log_1_plus", "logarithm", "magnitude", "make_mlp",
-    "make_quantised_mlp", "make_unit", "may_skip", "multiply_add", "native", "next_health", "counted_on", "health_after_missed", "health_after_gap", "due_health", "due_health_of_failing", "absent_health", "kHasSlowOutputs", "most_missing", "never_arrived", "next_slow_health", "not_due", "missed_samples", "noise_of", "pack", "padded_inputs", "pieces_of", "power_of_2",
+    "make_quantised_mlp", "make_unit", "maximum", "may_skip", "minimum", "multiply_add", "native", "next_health", "counted_on", "health_after_missed", "health_after_gap", "due_health", "due_health_of_failing", "absent_health", "kHasSlowOutputs", "most_missing", "never_arrived", "next_slow_health", "not_due", "missed_samples", "noise_of", "pack", "padded_inputs", "pieces_of", "power_of_2",
     "quantised_layer", "reciprocal", "rounded", "saturate", "saturated_at", "select", "sign_of", "simd", "sine", "square_root", "starts_steady", "status_of", "take_output", "tanh_rational", "triangle_size", "turn_back", "worse"};
 // clang-format on
 

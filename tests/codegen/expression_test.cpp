@@ -103,9 +103,11 @@ TEST(Expression, KeepsItsValuesWithinItsInterval) {
 }
 
 constexpr auto kFunctions = Expression::Language::kFunctions;
-const std::vector<std::string> kEquations = {"sin(a) / (2 + cos(b)^2)",     "tanh(a / 0.3) - exp(-b^2) * c",
-                                             "sqrt(1 + a^2) + ln(2 + b^2)", "atan(3 * a) * abs(b)",
-                                             "sign(a) * tan(c / 3)",        "-a^2 / 2 / c + pi * b"};
+const std::vector<std::string> kEquations = {
+    "sin(a) / (2 + cos(b)^2)",     "tanh(a / 0.3) - exp(-b^2) * c",
+    "sqrt(1 + a^2) + ln(2 + b^2)", "atan(3 * a) * abs(b)",
+    "sign(a) * tan(c / 3)",        "-a^2 / 2 / c + pi * b",
+    "max(a, 0) * min(b, c, 0.5)",  "sqrt(max(a * b, 0)) - max(c, 1) * min(c, -2)"};
 
 TEST(Expression, OfEquationsDividesAndNamesFunctions) {
   const double at[] = {0.7, -1.3, 0.9};
@@ -124,10 +126,34 @@ TEST(Expression, OfEquationsDividesAndNamesFunctions) {
   EXPECT_NE(refusal("sin(a)").find("reads \"sin\""), std::string::npos) << "control: computed outputs do not";
   const auto refused = [](const char* text) { return thrown_message([&] { Expression(text, kNames, kFunctions); }); };
   EXPECT_NE(refused("a / 0").find("another number than 0"), std::string::npos);
-  EXPECT_NE(refused("max(a, b)").find("a function (sin, cos, tanh, exp, ln, sqrt, atan, abs, sign, tan)"),
+  EXPECT_NE(refused("mod(a, b)").find("a function (sin, cos, tanh, exp, ln, sqrt, atan, abs, sign, tan, min, max)"),
             std::string::npos);
+  EXPECT_NE(refused("max(a, b").find("expected \",\" or \")\""), std::string::npos);
   EXPECT_NE(refused("sin a").find("expected \"(\""), std::string::npos);
   EXPECT_NE(refused("sin(a").find("expected \")\""), std::string::npos);
+}
+
+TEST(Expression, OfEquationsTakesTheLeastAndTheGreatestOfSeveralValues) {
+  const auto of = [](const char* text) { return Expression(text, kNames, kFunctions); };
+  const auto number = [&](const char* text, double a, double b) {
+    return of(text).evaluate<double>([&](int j) { return j == 0 ? a : b; });
+  };
+  EXPECT_EQ(number("max(a, b)", -0.1, 0.3), 0.3);
+  EXPECT_EQ(number("min(a, b)", -0.1, 0.3), -0.1);
+  EXPECT_EQ(number("max(a, b, 0.5, -2)", -0.1, 0.3), 0.5);
+  EXPECT_EQ(number("2 * max(a)", -0.1, 0.3), -0.2) << "of one value it is the value, as in muParser";
+  const double none = std::nan("");
+  for (const char* text : {"max(a, b)", "min(a, b)"}) {
+    EXPECT_TRUE(std::isnan(number(text, none, 1.0))) << "a corrupted value must not be hidden";
+    EXPECT_TRUE(std::isnan(number(text, 1.0, none)));
+  }
+  const Interval range = of("max(a, 0.25)").evaluate<Interval>([](int) { return Interval(-1.0, 2.0); });
+  EXPECT_EQ(range.low, 0.25) << "a root or a quotient of it has a bound";
+  EXPECT_EQ(range.high, 2.0);
+  EXPECT_EQ(of("max(a * b, c) - min(a, 2)")
+                .text([](int j) { return "r[" + std::to_string(j) + "]"; }, [](double n) { return literal(n); },
+                      [](const std::string& product) { return "rounded(" + product + ")"; }),
+            "maximum(rounded(r[0] * r[1]), r[2]) - minimum(r[0], 2.0)");
 }
 
 TEST(Expression, EvaluatesSharedPartsOnce) {

@@ -194,12 +194,9 @@ TEST(Recipe, TriesNoPriorOnAPlantThatIsSimulatedExactly) {
   EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: it would trust the equations completely"));
 }
 
-TEST(Recipe, SaysWhyAPriorWasNotTried) {
-  // The estimate of a level may fall below 0, where the square root has no value.
-  const Recipe recipe = derived(R"toml(name = "tank"
-[plant]
-states = ["level"]
-derivative = ["0.5 - 0.5 * sqrt(level)"]
+std::string tank(const std::string& outflow) {
+  return "name = \"tank\"\n[plant]\nstates = [\"level\"]\nderivative = [\"0.5 - 0.5 * " + outflow + "\"]\n" +
+         R"toml(
 output_names = ["y"]
 outputs = ["level"]
 [simulation]
@@ -212,9 +209,18 @@ process_noise = [0.01]
 noise = "gaussian:0.2"
 trajectories_per_step = 8
 samples_per_step = 256
-)toml");
+)toml";
+}
+
+TEST(Recipe, SaysWhyAPriorWasNotTried) {
+  // The estimate of a level may fall below -1, where the logarithm has no value.
+  const Recipe recipe = derived(tank("ln(1 + level)"));
   EXPECT_NE(recipe.experiment.observer.structure, "prior");
   EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: equations.derivative[0] has no bound"));
+}
+
+TEST(Recipe, TriesAPriorWithARootOfAState) {
+  EXPECT_THAT(derived(tank("sqrt(level)")).text, Not(HasSubstr("\"prior\" was not tried")));
 }
 
 TEST(Recipe, HasNoModeSlowerThanAFifthOfAllItsRunsTogether) {

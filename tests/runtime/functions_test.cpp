@@ -67,6 +67,10 @@ TYPED_TEST(Functions, AreNotNumbersWhereTheyHaveNoValue) {
   EXPECT_EQ(sign_of(T(-3)), T(-1));
   EXPECT_EQ(sign_of(T(0)), T(0));
   EXPECT_EQ(magnitude(T(-3)), T(3));
+  EXPECT_EQ(minimum(T(-3), T(2)), T(-3));
+  EXPECT_EQ(maximum(T(-3), T(2)), T(2));
+  EXPECT_TRUE(std::isnan(minimum(kNone, T(1))) && std::isnan(minimum(T(1), kNone)));
+  EXPECT_TRUE(std::isnan(maximum(kNone, T(1))) && std::isnan(maximum(T(1), kNone)));
   EXPECT_NEAR(static_cast<double>(arc_tangent(-kInfinity)), -1.5707963267948966, 1e-7);
 }
 

@@ -133,6 +133,14 @@ TEST(PriorLanes, GradientsKnowTheSlopesOfFunctionsAndQuotients) {
   EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes 0 within a difference";
 }
 
+TEST(PriorLanes, GradientsKnowTheSlopesOfMinimaAndMaxima) {
+  const codegen::EquationTexts equations = {
+      {"x2 + max(x1, -0.3) / 4 - min(x2, 0.5, x1) / 5", "u - x1 - max(x2, x1) / 3 - sqrt(max(x1, 0.1))"},
+      {"x1 + max(x2, 0) / 4"}};
+  PriorProblem problem(33, true, 30.0, true, equations);
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes a kink within a difference";
+}
+
 TEST(PriorLanes, AnOutputThatIsNotMeasuredHasNoGradient) {
   PriorProblem problem(33, true, 30.0);
   const double measured = problem.loss();
@@ -152,10 +160,28 @@ TEST(PriorLanes, AClampedStateHasNoGradient) {
 TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
   const std::vector<std::string> names = {"a", "b", "c"};
   std::vector<codegen::Expression> all;
-  for (const char* text : {"a", "c", "3", "2 * c", "a + c - 2", "c - a - 1", "a - b", "a * c * b", "a / c", "c / a",
-                           "a / b", "(a + b)^2 / (1 + a^2)", "2 / (3 + b) - a / 4", "sin(a) * cos(a) - tan(b / 3)",
-                           "tanh(b) + exp(-a) * ln(2 + a^2)", "sqrt(a^2 + 1) - atan(b) * abs(b) + sign(a) * b",
-                           "sin(c) * (a + b) - cos(a + b)"})
+  for (const char* text : {"a",
+                           "c",
+                           "3",
+                           "2 * c",
+                           "a + c - 2",
+                           "c - a - 1",
+                           "a - b",
+                           "a * c * b",
+                           "a / c",
+                           "c / a",
+                           "a / b",
+                           "(a + b)^2 / (1 + a^2)",
+                           "2 / (3 + b) - a / 4",
+                           "sin(a) * cos(a) - tan(b / 3)",
+                           "tanh(b) + exp(-a) * ln(2 + a^2)",
+                           "sqrt(a^2 + 1) - atan(b) * abs(b) + sign(a) * b",
+                           "sin(c) * (a + b) - cos(a + b)",
+                           "max(a, b) - min(a, c)",
+                           "max(0.8, b) * min(b, a + c)",
+                           "max(c, 2) * a",
+                           "sqrt(max(b, 0)) - min(c, 2) * b",
+                           "max(a, a) + min(b, b)"})
     all.emplace_back(text, names, codegen::Expression::Language::kFunctions);
   const EquationTape<double> tape(codegen::SharedExpressions(all, 3), 2, {0.7});
   using L = Lanes<double>;
@@ -311,17 +337,18 @@ TEST(Prior, RefusesPlantsThatItCannotStep) {
   EXPECT_NO_THROW(parse_experiment(plant + "derivative = [\"b\", \"-a^3 - b / 2\"]\n" + rest, "a.toml"));
   EXPECT_NO_THROW(parse_experiment(plant + "derivative = [\"b\", \"-sin(a) / (2 + b^2)\"]\n" + rest, "a.toml"));
   const std::string message =
-      thrown_message([&] { parse_experiment(plant + "derivative = [\"b\", \"-max(a, 0)\"]\n" + rest, "a.toml"); });
+      thrown_message([&] { parse_experiment(plant + "derivative = [\"b\", \"-a ^ b\"]\n" + rest, "a.toml"); });
   EXPECT_NE(message.find("equations.derivative[1]"), std::string::npos) << message;
-  EXPECT_NE(message.find("sums, products, quotients, whole powers and functions"), std::string::npos) << message;
+  EXPECT_NE(message.find("sums, products, quotients, whole powers, functions"), std::string::npos) << message;
 }
 
 // Two languages read the same texts: muParser's for what is simulated, and its part that can fly and be differentiated.
 TEST(Prior, ReadsItsEquationsAsTheSimulatedPlantDoes) {
   const std::vector<std::string> names = {"a", "b"};
-  for (const std::string text : {"a - b - 2", "a / b * 3", "a / 2 / b", "-a^2", "2 * -b", "a * b^3 - 1e-3",
-                                 "sin(a) / (2 + cos(b)^2)", "tan(a / 3)", "tanh(b / 0.2) + exp(-a)",
-                                 "ln(2 + a^2) * sqrt(b^2)", "atan(3 * a) - abs(b) * sign(b)", "pi * a"}) {
+  for (const std::string text :
+       {"a - b - 2", "a / b * 3", "a / 2 / b", "-a^2", "2 * -b", "a * b^3 - 1e-3", "sin(a) / (2 + cos(b)^2)",
+        "tan(a / 3)", "tanh(b / 0.2) + exp(-a)", "ln(2 + a^2) * sqrt(b^2)", "max(a, b, 0) - min(a, b / 2)",
+        "atan(3 * a) - abs(b) * sign(b)", "pi * a"}) {
     mu::Parser parser;
     double values[] = {0.7, -1.3};
     compile_expression(parser, text, "a text", {.variables = names}, values);
@@ -353,6 +380,27 @@ TEST(Prior, StepsAnAngleAsItsSineAndCosine) {
   EXPECT_LT(result.validation_rmse, 2.0) << "of turns at up to 9 rad/s, after a short training";
   // An angle that stays one number would jump.
   EXPECT_NE(thrown_message([&] { parse_experiment(pendulum + rest, "p.toml"); }).find("\"sincos\""), std::string::npos);
+}
+
+// A measurement below 0 drives the estimate to where the plant cannot be, and where its root has no value.
+TEST(Prior, StaysANumberWhereTheRootOfThePlantHasNone) {
+  Experiment experiment = parse_experiment(
+      "name = \"tank\"\n[plant]\nstates = [\"level\"]\nderivative = [\"0.5 - sqrt(2 * (level + 0))\"]\n"
+      "outputs = [\"level\"]\n[simulation]\nhorizon_s = 4\ntrajectories = 30\ninitial_low = [0.05]\n"
+      "initial_high = [2.0]\n[observer]\nstructure = \"prior\"\nunits = 2\n[inverse_map]\nhidden = [4]\n"
+      "linear_path = true\n[training]\nsteps = 0\nnoise = \"gaussian:0.3\"\n",
+      "tank.toml");
+  experiment.threads = 1;
+  const TrainingSets sets = simulate_training_sets(experiment);
+  const codegen::Model model = train(experiment, sets.training, sets.validation, {}).model;
+  const auto& prior = std::get<codegen::Prior>(model.structure);
+  EXPECT_EQ(prior.equations.derivative, std::vector<std::string>{"0.5 - sqrt(max(2 * (level + 0), 0))"});
+  EXPECT_LT(prior.state_min(0), 0.0) << "control: the estimate may fall below 0";
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(400, 0.0, 399 * model.sample_period_s);
+  const Eigen::MatrixXd low = Eigen::MatrixXd::Constant(1, 400, -100.0);
+  const auto run = codegen::ReferenceObserver<float>(model).run(low, {}, time_s, true);
+  EXPECT_TRUE(run.x_hat.allFinite());
+  EXPECT_LT(run.x_hat.minCoeff(), 0.0) << "control: the estimate fell below 0";
 }
 
 }  // namespace

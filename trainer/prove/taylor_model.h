@@ -34,6 +34,8 @@ class TaylorModel {
   /// Infinite where b may be 0, as value_of() is where a function has no value.
   friend TaylorModel operator/(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel value_of(codegen::Function function, const TaylorModel& x);
+  friend TaylorModel minimum_of(const TaylorModel& a, const TaylorModel& b);
+  friend TaylorModel maximum_of(const TaylorModel& a, const TaylorModel& b);
 
  private:
   static constexpr std::size_t kProducts = 84;  ///< (3 + 6)! / (3! 6!)

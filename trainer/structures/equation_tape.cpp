@@ -73,6 +73,14 @@ auto EquationTape<Scalar>::combined(Expression::Kind kind, const Operand& left, 
       if (both) return {.number = a * b};
       if (by_left || by_right) return appended(Kind::kScaled, of, -1, by_left ? a : b);
       return appended(Kind::kProduct, left.slot, right.slot);
+    case Expression::Kind::kMinimum:
+      if (both) return {.number = codegen::minimum_of(a, b)};
+      return by_left || by_right ? appended(Kind::kLimited, of, -1, by_left ? a : b)
+                                 : appended(Kind::kMinimum, left.slot, right.slot);
+    case Expression::Kind::kMaximum:
+      if (both) return {.number = codegen::maximum_of(a, b)};
+      return by_left || by_right ? appended(Kind::kRaised, of, -1, by_left ? a : b)
+                                 : appended(Kind::kMaximum, left.slot, right.slot);
     default:
       if (both) return {.number = a / b};
       if (by_left) return appended(Kind::kInverse, of, -1, a);
@@ -117,9 +125,32 @@ void EquationTape<Scalar>::evaluate(L* values) const {
       case Kind::kInverse:
         *value = operation.number / left;
         break;
+      case Kind::kMinimum:
+        *value = left > right() ? right() : left;
+        break;
+      case Kind::kMaximum:
+        *value = left < right() ? right() : left;
+        break;
+      case Kind::kLimited: {
+        const L number = simd::broadcast<L>(operation.number);
+        *value = left > number ? number : left;
+        break;
+      }
+      case Kind::kRaised: {
+        const L number = simd::broadcast<L>(operation.number);
+        *value = left < number ? number : left;
+        break;
+      }
     }
     ++value;
   }
+}
+
+/// Share of the left operand in the slope of a maximum or minimum: 1, 0, or 1/2 where both operands are equal.
+template <class L>
+static L share_of(bool maximum, L left, L right) {
+  const L ahead = maximum ? left - right : right - left;
+  return ahead > L{} ? in_lanes<L>(1.0) : ahead < L{} ? L{} : in_lanes<L>(0.5);
 }
 
 template <class Scalar>
@@ -165,6 +196,17 @@ void EquationTape<Scalar>::pull_back(const L* values, L* to) const {
         break;
       case Kind::kInverse:
         to_left -= own * values[slot] / left;
+        break;
+      case Kind::kMinimum:
+      case Kind::kMaximum: {
+        const L right = values[operation.right], share = share_of(operation.kind == Kind::kMaximum, left, right);
+        to_left += own * share;
+        to[operation.right] += own - own * share;
+        break;
+      }
+      case Kind::kLimited:
+      case Kind::kRaised:
+        to_left += own * share_of(operation.kind == Kind::kRaised, left, simd::broadcast<L>(operation.number));
         break;
     }
   }

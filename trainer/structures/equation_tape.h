@@ -47,12 +47,16 @@ class EquationTape {
     kDifference,
     kProduct,
     kQuotient,
+    kMinimum,
+    kMaximum,
     kSquare,
     kFunction,
     kShifted,    ///< left + number
     kReflected,  ///< number - left
     kScaled,     ///< left * number
     kInverse,    ///< number / left
+    kLimited,    ///< the lesser of left and number
+    kRaised,     ///< the greater of left and number
   };
   struct Operation {
     Kind kind;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <numbers>
 #include <regex>
@@ -18,6 +19,34 @@ bool has_unwrapped(const std::vector<double>& wraps, const std::vector<Encoding>
   for (std::size_t i = 0; i < wraps.size(); ++i)
     if (wraps[i] != 0.0 && (!is_encoded(encodings, i) || wraps[i] != 2.0 * std::numbers::pi)) return true;
   return false;
+}
+
+/// Where the parenthesis that opens at `open` closes. The text has been parsed before: it does.
+std::size_t closing(const std::string& text, std::size_t open) {
+  int depth = 0;
+  for (std::size_t i = open; i < text.size(); ++i) {
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')' && --depth == 0) return i;
+  }
+  return text.size();
+}
+
+/// sqrt(v) becomes sqrt(max(v, 0)): an estimate may be where the plant cannot be, such as a level below 0.
+std::string with_defined_roots(std::string text) {
+  static const std::regex kRoot("\\bsqrt\\s*\\(");
+  std::smatch found;
+  std::string done;
+  while (std::regex_search(text, found, kRoot)) {
+    const auto open = static_cast<std::size_t>(found.position() + found.length() - 1);
+    const std::size_t end = closing(text, open);
+    const std::string of = text.substr(open + 1, end - open - 1);
+    done += found.prefix().str();
+    done += of.starts_with("max(") && closing(of, 3) + 1 == of.size()
+                ? fmt::format("sqrt({})", with_defined_roots(of))
+                : fmt::format("sqrt(max({}, 0))", with_defined_roots(of));
+    text = text.substr(std::min(end + 1, text.size()));
+  }
+  return done + text;
 }
 
 }  // namespace
@@ -44,7 +73,7 @@ KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, cons
         text = std::regex_replace(text, std::regex(std::string("\\b") + function + "\\s*\\(\\s*" + name + "\\s*\\)"),
                                   name + "_" + function);
     }
-    return text;
+    return with_defined_roots(text);
   };
   for (std::size_t i = 0; i < plant.states.size(); ++i) {
     std::string f = plant.derivative[i];

@@ -21,7 +21,8 @@ struct KnownEquations {
 bool has_unwrapped_angle(const PlantConfig& plant);
 
 /// Makes the equations of a plant by expressions. `inputs`: the inputs that the observer reads, at least the plant's.
-/// Without `reads_inputs` they are 0.
+/// Without `reads_inputs` they are 0. sqrt(v) is written sqrt(max(v, 0)), since an estimate may be where the plant
+/// cannot be.
 KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, const std::vector<std::string>& inputs);
 
 }  // namespace nlo::trainer

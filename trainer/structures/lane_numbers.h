@@ -48,7 +48,7 @@ L value_of_lanes(codegen::Function function, L x) {
   return by_lane(x, [function](auto v) { return codegen::value_of(function, v); });
 }
 
-/// Returns the slope of a function at x, where its value is known. Returns 0 where abs or sign has none.
+/// Returns the slope of a function at x, where its value is known. Returns 0 where abs, sign or sqrt has none.
 template <class L>
 L slope_of_lanes(codegen::Function function, L x, L value) {
   using codegen::Function;
@@ -65,7 +65,7 @@ L slope_of_lanes(codegen::Function function, L x, L value) {
     case Function::kLogarithm:
       return one / x;
     case Function::kRoot:
-      return in_lanes<L>(0.5) / value;
+      return value > L{} ? in_lanes<L>(0.5) / value : L{};
     case Function::kArcTangent:
       return one / (one + x * x);
     case Function::kMagnitude:

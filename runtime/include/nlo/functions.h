@@ -123,6 +123,18 @@ constexpr T sign_of(T x) {
   return select<Arithmetic::kDeterministic>(x < T(0), T(-1), above);
 }
 
+/// Returns the lesser of a and b; NaN if either is NaN.
+template <class T>
+constexpr T minimum(T a, T b) {
+  return select<Arithmetic::kDeterministic>(a > b || b != b, b, a);
+}
+
+/// Returns the greater of a and b; NaN if either is NaN.
+template <class T>
+constexpr T maximum(T a, T b) {
+  return select<Arithmetic::kDeterministic>(a < b || b != b, b, a);
+}
+
 /// Returns atan(x) for any x. Absolute error below 2e-7 in float, 4e-16 in double.
 template <class T>
 constexpr T arc_tangent(T x) {
