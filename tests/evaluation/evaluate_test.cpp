@@ -186,7 +186,7 @@ TEST(Evaluate, DomainIsCountedAndTheFirstSampleApart) {
 TEST(Evaluate, ReadoutOfTheFeaturesIsTheBestLinearEstimate) {
   // T* reads z and y, and x1 is y: the readout has it exactly, but for its ridge; x2 is no linear function of both.
   const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
-  const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set), other, {}, 1, 2);
+  const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set, 0.0), other, {}, 1, 2);
   EXPECT_LT(ridge.metrics.per_component[0], 1e-4);
   EXPECT_GT(ridge.metrics.per_component[1], 0.05);
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), other, {}, 1, 1);

@@ -25,6 +25,7 @@ codegen::Model reader() {
   codegen::Model model;
   model.outputs = {{"y", "", 0.0}};
   model.states = {{"x", "m", 0.0}, {"angle", "rad", kTurn}};
+  model.sample_period_s = 0.01;
   model.initial_latent = Eigen::VectorXd::Zero(2);
   codegen::inverse_map(model)->features.resize(2, 3);
   codegen::inverse_map(model)->features << 1.0, 0.0, 0.0, 0.0, 1.0, -1.0;
@@ -53,7 +54,7 @@ std::pair<codegen::Run, Trajectory> turning_run() {
 
 TEST(LinearReadout, FindsALinearMapOfTheFeaturesAndAnglesBySineAndCosine) {
   const auto run = turning_run();
-  LinearReadout readout(reader());
+  LinearReadout readout(reader(), 0.0);
   readout.add(run.first, run.second);
   readout.fit();
   const Eigen::MatrixXd estimate = readout.estimate(run.first);
@@ -68,14 +69,30 @@ TEST(LinearReadout, MaskedTruthDoesNotCount) {
   auto run = turning_run();
   run.second.weight.head(50).setZero();
   run.second.states.leftCols(50).setConstant(std::numeric_limits<double>::quiet_NaN());
-  LinearReadout readout(reader());
+  LinearReadout readout(reader(), 0.0);
   readout.add(run.first, run.second);
   readout.fit();
   EXPECT_NEAR(readout.estimate(run.first)(0, 120), run.second.states(0, 120), 1e-4);
 }
 
+TEST(LinearReadout, TheTransientDoesNotChangeTheFitOfTheSettledSamples) {
+  constexpr Eigen::Index kTransient = 60;
+  auto run = turning_run();
+  run.second.states.row(0).head(kTransient).array() += 1000.0;  // no function of the features
+  const double period_s = reader().sample_period_s;
+  const auto error_behind = [&](double settled_from_s) {
+    LinearReadout readout(reader(), settled_from_s);
+    readout.add(run.first, run.second);
+    readout.fit();
+    const Eigen::MatrixXd off = readout.estimate(run.first) - run.second.states;
+    return off.row(0).tail(200 - kTransient).cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(error_behind(static_cast<double>(kTransient) * period_s), 1e-4) << "the ridge of 1e-6 alone";
+  EXPECT_GT(error_behind(0.0), 1.0) << "control: one fit over all samples";
+}
+
 TEST(LinearReadout, WithoutDataThereIsNone) {
-  EXPECT_THROW(LinearReadout(reader()).fit(), codegen::Error);
+  EXPECT_THROW(LinearReadout(reader(), 0.0).fit(), codegen::Error);
 }
 
 Experiment oscillator_experiment() {

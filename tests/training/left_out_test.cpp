@@ -58,11 +58,8 @@ TEST(StateSquares, ABlendOfTwoIndependentErrorsHasHalfTheirVariance) {
   squares.map = 1.0;
   squares.row = {1.0, 1.0, 4.0};
   squares.both = {0.0, -1.0, 2.0};  // independent; opposite; the row's is twice that of T*
-  EXPECT_DOUBLE_EQ(squares.best_share(0), 0.5);
   EXPECT_DOUBLE_EQ(squares.blend(0, 0.5), 0.5);
-  EXPECT_DOUBLE_EQ(squares.best_share(1), 0.5);
   EXPECT_DOUBLE_EQ(squares.blend(1, 0.5), 0.0);
-  EXPECT_DOUBLE_EQ(squares.best_share(2), 1.0);
   EXPECT_DOUBLE_EQ(squares.blend(2, 1.0), squares.map);
   EXPECT_DOUBLE_EQ(squares.blend(2, 0.0), squares.row[2]);
 }

@@ -54,7 +54,7 @@ void forget(const std::string& directory) {
 
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training) {
   const ValidationConfig& validation = experiment.validation;
-  if (!experiment.log || validation.folds == 0 || experiment.inverse_map.readout != ReadoutChoice::kSelected) return {};
+  if (!experiment.log || validation.folds == 0 || !is_chosen(experiment.inverse_map.readout)) return {};
   std::set<std::string> files;
   for (const Trajectory& run : training.trajectories) files.insert(run.log);
   const std::vector<LogGroup> groups =

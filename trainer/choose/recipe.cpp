@@ -128,8 +128,7 @@ class Deriver {
 
   /// End of the transient of an observer with these modes [s], as its evaluation will tell it.
   double settled_from_s(const ModeBank& bank) const {
-    const EvaluationWindows windows = evaluation_windows(base_.evaluation, bank.slowest(), length_s_);
-    const double from_s = windows[settled_window(windows)].from_s;
+    const double from_s = trainer::settled_from_s(evaluation_windows(base_.evaluation, bank.slowest(), length_s_));
     return from_s > 0.0 ? from_s : 0.2 * length_s_;
   }
 

@@ -76,12 +76,18 @@ template <>
 inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{
     {{ClockProductSet::kNone, "none"}, {ClockProductSet::kLatent, "latent"}, {ClockProductSet::kAll, "all"}}};
 
-/// The readout that ships for a state: the network, a linear row or a blend, whichever is best on validation data; or
-/// always the network.
-enum class ReadoutChoice { kSelected, kNetwork };
+/// The readout that ships for a state: the network, a linear row or a blend, whichever has the least transient and
+/// settled errors; whichever has the least settled error; or always the network (shipped_model.h).
+enum class ReadoutChoice { kSelected, kSettled, kNetwork };
 template <>
-inline constexpr NameTable<ReadoutChoice, 2> kNames<ReadoutChoice>{
-    {{ReadoutChoice::kSelected, "selected"}, {ReadoutChoice::kNetwork, "network"}}};
+inline constexpr NameTable<ReadoutChoice, 3> kNames<ReadoutChoice>{{{ReadoutChoice::kSelected, "selected"},
+                                                                    {ReadoutChoice::kSettled, "settled"},
+                                                                    {ReadoutChoice::kNetwork, "network"}}};
+
+/// Whether training chooses the readouts.
+constexpr bool is_chosen(ReadoutChoice readout) {
+  return readout != ReadoutChoice::kNetwork;
+}
 
 /// Reduction of running costs over time; the integral is larger by the horizon.
 enum class Reduction { kMean, kIntegral, kLogarithm };

@@ -26,6 +26,13 @@ Trajectory Trajectory::from(Eigen::Index first, Eigen::Index every) const {
   return result;
 }
 
+double Dataset::longest_s() const {
+  double longest = 0.0;
+  for (const Trajectory& run : trajectories)
+    if (run.samples() > 0) longest = std::max(longest, run.time_s[run.samples() - 1]);
+  return longest;
+}
+
 void Dataset::compute_outputs() {
   const codegen::ComputedOutputs computed(outputs, inputs_read());
   if (computed.none()) return;

@@ -78,6 +78,9 @@ struct Dataset {
     return static_cast<std::size_t>(codegen::measured_outputs(outputs)) - output_angles.size();
   }
 
+  /// The latest time stamp of all runs [s]; 0 without a sample.
+  double longest_s() const;
+
   /// Computes outputs from the current values of other outputs and inputs; missing where one of them is.
   void compute_outputs();
 };

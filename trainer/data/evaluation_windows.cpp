@@ -48,9 +48,13 @@ std::size_t settled_window(const EvaluationWindows& windows) {
   return 0;
 }
 
+double settled_from_s(const EvaluationWindows& windows) {
+  return windows[settled_window(windows)].from_s;
+}
+
 double settling_window_s(const EvaluationConfig& evaluation, const EvaluationWindows& windows, double horizon_s) {
   if (evaluation.settling_window_s > 0.0) return evaluation.settling_window_s;
-  const double from_s = windows[settled_window(windows)].from_s;
+  const double from_s = settled_from_s(windows);
   return from_s > 0.0 ? from_s / 10.0 : horizon_s / 50.0;
 }
 

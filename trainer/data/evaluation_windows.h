@@ -29,6 +29,9 @@ EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, double 
 /// there is none.
 std::size_t settled_window(const EvaluationWindows& windows);
 
+/// The start of that window [s].
+double settled_from_s(const EvaluationWindows& windows);
+
 /// How long errors are averaged before the settling time is read: as configured, else a tenth of the time before the
 /// settled window, else a fiftieth of the horizon.
 double settling_window_s(const EvaluationConfig& evaluation, const EvaluationWindows& windows, double horizon_s);

@@ -265,7 +265,7 @@ const std::vector<Key<InverseMapConfig>>& keys() {
                           "T* also gives the standard deviation of each state's error, calibrated on validation runs")),
       only_when_given(key("readout", &I::readout, names_of<ReadoutChoice>(),
                           "selected: for each state the network, a linear row or a blend of both, as validation data "
-                          "decide; network: T* as trained")),
+                          "decide; settled: by the error after the transient alone; network: T* as trained")),
   };
   return kKeys;
 }

@@ -66,12 +66,9 @@ class Study {
         stop_(stop),
         progress_(progress),
         scale_(constant_rmse(logs_.tuning)) {
-    double longest_s = 0.0;
-    for (const Trajectory& run : logs_.judged.trajectories)
-      longest_s = std::max(longest_s, run.time_s[run.samples() - 1]);
     windows_ = identification.evaluation.windows.empty()
                    ? whole_run()
-                   : evaluation_windows(identification.evaluation, 0.0, longest_s);
+                   : evaluation_windows(identification.evaluation, 0.0, logs_.judged.longest_s());
   }
 
   void filters(const VectorXd& p) {

@@ -57,6 +57,23 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, I
   return samples;
 }
 
+WindowWeights split_weights(const SampledTruth& samples, double from) {
+  WindowWeights result{samples.weights, samples.weights};
+  for (Index k = 0; k < samples.weights.size(); ++k) {
+    const bool is_settled = samples.since_start[static_cast<std::size_t>(k)] >= from;
+    (is_settled ? result.transient : result.settled)(k) = 0.0;
+  }
+  return result;
+}
+
+double weighted_mean(const Eigen::RowVectorXd& values, const Eigen::VectorXd& weights) {
+  return values.dot(weights.transpose()) / weights.sum();
+}
+
+double weighted_variance(const Eigen::RowVectorXd& values, const Eigen::VectorXd& weights) {
+  return weighted_mean((values.array() - weighted_mean(values, weights)).square(), weights);
+}
+
 MatrixXd errors_of(const MatrixXd& estimates, const MatrixXd& truth, const std::vector<codegen::Channel>& states) {
   MatrixXd errors = estimates - truth;
   for (Index i = 0; i < errors.rows(); ++i) {

@@ -8,6 +8,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/config/keys.h"
+#include "trainer/data/transient.h"
 
 namespace nlo::trainer {
 
@@ -42,6 +43,12 @@ const TrainableStructure& structure_of(const ObserverConfig& observer) {
     if (structure->name() == observer.structure) return *structure;
   throw codegen::Error(
       fmt::format("unknown structure \"{}\"; there are: {}", observer.structure, fmt::join(structure_names(), ", ")));
+}
+
+EvaluationWindows windows_of(const Experiment& experiment, double horizon_s) {
+  const ObserverConfig& observer = experiment.observer;
+  const double rate = structure_of(observer).has_eigenvalues() ? decay_rate(observer) : 0.0;
+  return evaluation_windows(experiment.evaluation, rate, horizon_s);
 }
 
 }  // namespace nlo::trainer

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/data/evaluation_windows.h"
 #include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
@@ -17,4 +18,7 @@ std::vector<std::string> structure_names();
 /// The structure that [observer] names. Throws codegen::Error listing the names that there are.
 const TrainableStructure& structure_of(const ObserverConfig& observer);
 
+/// Windows of evaluation_windows() for an observer and runs of at most `horizon_s`. A structure without a D may list
+/// eigenvalues to start from; they say nothing of how fast it forgets.
+EvaluationWindows windows_of(const Experiment& experiment, double horizon_s);
 }  // namespace nlo::trainer

@@ -52,10 +52,12 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
 
 namespace {
 
-std::string readout_table(const Readout& readout, bool left_out) {
+std::string readout_table(const RunReport& report) {
+  const Readout& readout = report.readout;
   if (readout.empty()) return "";
-  Table table{{left_out ? "RMSE, logs left out of a training" : "RMSE, training or validation", "network", "linear row",
-               "sensor", "shipped", "what ships"}};
+  const std::string window = report.readout_by_settled ? "settled RMSE" : "RMSE";
+  Table table{{window + (report.groups > 0 ? ", logs left out of a training" : ", training or validation"), "network",
+               "linear row", "sensor", "shipped", "what ships"}};
   for (const StateReadout& s : readout)
     table.add_row({s.state, significant(s.trained), significant(s.linear), significant(s.sensor),
                    significant(s.shipped), share_text(s.share)});
@@ -68,7 +70,7 @@ std::string run_report_text(const codegen::Model& model, const RunReport& report
   std::string text;
   for (const StudyRow& row : report.rows) text += evaluation_text(row);
   if (report.logs) text += evaluation_text(model.name, *report.logs);
-  return text + readout_table(report.readout, report.groups > 0);
+  return text + readout_table(report);
 }
 
 std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {

@@ -21,6 +21,7 @@ struct RunReport {
   std::optional<LogEvaluation> logs;  ///< result on the test logs
   std::optional<LogReport> log_clock;
   Readout readout = {};                          ///< readout of each state
+  bool readout_by_settled = false;               ///< its errors are those of settled samples
   std::size_t groups = 0;                        ///< groups of logs, left out of trainings, that chose it
   std::vector<std::string> derived_states = {};  ///< whose truth is the slope of another column
   std::string warning = {};                      ///< why not to trust this model: its training diverged or got nowhere

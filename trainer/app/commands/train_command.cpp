@@ -79,7 +79,8 @@ RunReport judge(const Experiment& experiment, const RunData& data, const Trainin
     return report_on_plant(result.model, experiment, test);
   };
   RunReport report = measure();
-  if (experiment.inverse_map.readout == ReadoutChoice::kSelected) report.readout = result.readout;
+  if (is_chosen(experiment.inverse_map.readout)) report.readout = result.readout;
+  report.readout_by_settled = experiment.inverse_map.readout == ReadoutChoice::kSettled;
   report.groups = result.groups;
   if (!result.succeeded()) report.warning = result.message;
   return report;

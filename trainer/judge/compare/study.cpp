@@ -140,7 +140,7 @@ class UnderCondition {
                           fresh_noise_seed(plan_.trained));
     std::vector<EstimatorFactory> factories;
     for (const NamedModel* model : entrant.models)
-      factories.push_back(simple_estimator(entrant.made_of, model->model, fresh_));
+      factories.push_back(simple_estimator(entrant.made_of, model->model, fresh_, settled_from_s(config_.windows)));
     return factories;
   }
 

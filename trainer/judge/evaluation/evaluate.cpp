@@ -118,8 +118,8 @@ EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_st
   };
 }
 
-EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training) {
-  auto readout = std::make_shared<LinearReadout>(model);
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, double settled_from_s) {
+  auto readout = std::make_shared<LinearReadout>(model, settled_from_s);
   const ObserverRun run = observer_run(model, has_uniform_steps(training, model));
   for (const Trajectory& each : training.trajectories) readout->add(run(each.outputs, each.inputs, each.time_s), each);
   readout->fit();
@@ -143,8 +143,9 @@ EstimatorFactory baseline_estimator(std::string_view name, const Dataset& traini
   };
 }
 
-EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training) {
-  return name == "ridge" ? readout_estimator(model, training) : baseline_estimator(name, training);
+EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training,
+                                  double settled_from_s) {
+  return name == "ridge" ? readout_estimator(model, training, settled_from_s) : baseline_estimator(name, training);
 }
 
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,

@@ -111,14 +111,16 @@ void count_domain(const codegen::Run& run, DomainShare& share);
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
 
 /// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.
-EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training);
+///   settled_from_s  see LinearReadout
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, double settled_from_s);
 
 /// An estimator without a plant or a model, fitted likewise: the LogBaseline "constant" (the mean state) or
 /// "static_ridge". Samples that do not arrive are held.
 EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
 
 /// One of simple_names(), fitted likewise: "ridge" is the readout of the model, the others are baselines.
-EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training);
+EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training,
+                                  double settled_from_s);
 
 /// evaluate() of a model, with its domain; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,

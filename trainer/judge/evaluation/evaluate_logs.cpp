@@ -265,7 +265,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
                   });
 
   say(0.8, "ridge");
-  LinearReadout readout(model, logs.states);
+  LinearReadout readout(model, logs.states, settled_from_s(config.windows));
   const ObserverRun on_training = observer_run(model, has_uniform_steps(fitted_on, model));
   for (const Trajectory& run : fitted_on.trajectories)
     readout.add(on_training(run.outputs, run.inputs, run.time_s), run);

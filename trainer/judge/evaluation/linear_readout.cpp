@@ -2,6 +2,7 @@
 #include "trainer/judge/evaluation/linear_readout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -19,10 +20,12 @@ constexpr double kRidge = 1e-6;  // collinear features of fast modes stay harmle
 
 }  // namespace
 
-LinearReadout::LinearReadout(const codegen::Model& model) : LinearReadout(model, model.states) {}
+LinearReadout::LinearReadout(const codegen::Model& model, double settled_from_s)
+    : LinearReadout(model, model.states, settled_from_s) {}
 
-LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states)
-    : states_(std::move(states)) {
+LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states, double settled_from_s)
+    : states_(std::move(states)),
+      settled_from_(static_cast<Index>(std::lround(std::min(settled_from_s / model.sample_period_s, 1e9)))) {
   if (const codegen::Network* map = codegen::inverse_map(model)) {
     map_ = map->features;
     mean_ = map->feature_mean;
@@ -46,7 +49,14 @@ MatrixXd LinearReadout::features(const codegen::Run& run) const {
 
 void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
   const MatrixXd states = angles_encoded(truth.states, states_);
-  if (clocks_.empty()) return ridge_.add(features(run), states, truth.weight);
+  if (clocks_.empty()) {
+    const MatrixXd u = features(run);
+    ridge_.add(u, states, truth.weight);
+    const Index settled = std::max<Index>(u.cols() - settled_from_, 0);
+    if (settled_from_ > 0 && settled > 0)
+      settled_.add(u.rightCols(settled), states.rightCols(settled), truth.weight.tail(settled));
+    return;
+  }
   std::vector<int> since_start(static_cast<std::size_t>(run.z.cols()));
   std::iota(since_start.begin(), since_start.end(), 0);
   of_products_.add(features(run), states, truth.weight, since_start);
@@ -56,10 +66,15 @@ void LinearReadout::fit() {
   if (!(ridge_.weight() + of_products_.weight() > 0.0))
     throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
   weights_ = clocks_.empty() ? ridge_.fit(kRidge) : of_products_.fit(kRidge);
+  if (settled_.weight() > 0.0) settled_weights_ = settled_.fit(kRidge);
 }
 
 MatrixXd LinearReadout::estimate(const codegen::Run& run) const {
-  return angles_decoded(weights_ * with_one(features(run)), states_);
+  const MatrixXd u = with_one(features(run));
+  MatrixXd estimate = weights_ * u;
+  const Index settled = std::max<Index>(u.cols() - settled_from_, 0);
+  if (settled_weights_.size() > 0) estimate.rightCols(settled) = settled_weights_ * u.rightCols(settled);
+  return angles_decoded(estimate, states_);
 }
 
 }  // namespace nlo::trainer

@@ -15,12 +15,6 @@ double StateSquares::blend(std::size_t c, double share) const {
   return share * share * map + 2.0 * share * (1.0 - share) * both[c] + (1.0 - share) * (1.0 - share) * row[c];
 }
 
-double StateSquares::best_share(std::size_t c) const {
-  const double apart = map + row[c] - 2.0 * both[c];  // mean square of the difference of the two estimates
-  if (!(apart > 0.0)) return 1.0;
-  return std::round(20.0 * std::clamp((row[c] - both[c]) / apart, 0.0, 1.0)) / 20.0;
-}
-
 std::string share_text(double share) {
   return share == 1.0 ? "network" : share == 0.0 ? "linear row" : fmt::format("{:.2f} network", share);
 }

@@ -9,8 +9,9 @@
 
 namespace nlo::trainer {
 
-/// Errors are RMSE in the state's unit, on left-out data, their geometric mean over groups; or the larger of that
-/// on training data as flown and that on validation data. Angles go the short way round.
+/// Errors are RMSE in the state's unit, over whole runs, or over their settled samples if these choose. On left-out
+/// data they are the geometric mean over groups; otherwise the larger of the RMSE on training data as flown and of that
+/// on validation data. Errors of angles go the short way round.
 struct StateReadout {
   std::string state;
   double share = 1.0;       ///< share of T* as trained; the rest is the linear row
@@ -35,10 +36,14 @@ struct StateSquares {
 
   /// Squares of share T* + (1 - share) row.
   double blend(std::size_t candidate, double share) const;
-  /// The share that makes it least, in twentieths.
-  double best_share(std::size_t candidate) const;
 };
 using SetSquares = std::vector<StateSquares>;  ///< one for each state
+
+/// Squared errors on one set of data.
+struct JudgedSet {
+  SetSquares all;                   ///< over all samples
+  std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; `all` alone without both
+};
 
 /// "network", "linear row", or the share of the network: "0.35 network".
 std::string share_text(double share);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "codegen/replay/reference_observer.h"
@@ -78,29 +79,64 @@ void RowInputs::append(const VectorXd& row, double mean, double deviation) {
   if (!clocks_.empty()) clocks_.push_back(-1);
 }
 
-std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
-                                         const SampledTruth& training) {
-  const MatrixXd u = inputs.values(training);
-  std::vector<RowCandidate> result;
-  const auto fit = [&](Index columns) {
-    Ridge ridge;
-    TransientRidge of_products;
-    if (inputs.has_clocks())
-      of_products.add(u.topRows(columns), training.x, training.weights, training.since_start);
-    else
-      ridge.add(u.topRows(columns), training.x, training.weights);
+namespace {
+
+/// Ridges on the first `columns` of `u`, see row_candidates().
+void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const SampledTruth& training,
+                double settled_from, std::vector<RowCandidate>& result) {
+  const auto add = [&](const auto& ridge) {
     for (const double strength : kRidges) {
-      MatrixXd rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
-      rows.leftCols(1 + columns) = inputs.has_clocks() ? of_products.fit(strength) : ridge.fit(strength);
+      MatrixXd rows = MatrixXd::Zero(training.x.rows(), 1 + inputs.all());
+      rows.leftCols(1 + columns) = ridge.fit(strength);
       result.push_back({std::move(rows), columns > inputs.features()});
     }
   };
-  fit(inputs.features());
+  if (inputs.has_clocks()) {
+    TransientRidge ridge;
+    ridge.add(u.topRows(columns), training.x, training.weights, training.since_start);
+    return add(ridge);
+  }
+  const WindowWeights split = split_weights(training, settled_from);
+  for (const VectorXd& weights : {training.weights, split.has_both() ? split.settled : training.weights}) {
+    Ridge ridge;
+    ridge.add(u.topRows(columns), training.x, weights);
+    add(ridge);
+  }
+}
+
+/// Errors of everything that may estimate one state, and its truth, on N samples.
+struct CandidateErrors {
+  Eigen::RowVectorXd map, truth;
+  std::vector<Eigen::RowVectorXd> rows;
+  std::vector<std::optional<Eigen::RowVectorXd>> readings;  ///< of outputs in the state's unit
+};
+
+StateSquares squares_in(const CandidateErrors& errors, const VectorXd& weights) {
+  StateSquares squares;
+  squares.map = weighted_mean(errors.map.cwiseAbs2(), weights);
+  for (const Eigen::RowVectorXd& row : errors.rows) {
+    squares.row.push_back(weighted_mean(row.cwiseAbs2(), weights));
+    squares.both.push_back(weighted_mean(row.cwiseProduct(errors.map), weights));
+  }
+  for (const auto& reading : errors.readings)
+    squares.reading.push_back(reading ? weighted_mean(reading->cwiseAbs2(), weights)
+                                      : std::numeric_limits<double>::infinity());
+  squares.deviation = weighted_variance(errors.truth, weights);
+  return squares;
+}
+
+}  // namespace
+
+std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
+                                         const SampledTruth& training, double settled_from) {
+  const MatrixXd u = inputs.values(training);
+  std::vector<RowCandidate> result;
+  add_ridges(inputs.features(), u, inputs, training, settled_from, result);
   MatrixXd constant = MatrixXd::Zero(model.nx(), 1 + inputs.all());
   constant.col(0) = training.x * training.weights / training.weights.sum();
-  result.push_back({std::move(constant), false});
+  result.push_back({.rows = std::move(constant), .is_constant = true});
   if (inputs.readings().empty()) return result;
-  fit(inputs.all());
+  add_ridges(inputs.all(), u, inputs, training, settled_from, result);
   for (std::size_t j = 0; j < inputs.readings().size(); ++j) {
     const MatrixXd rows = inputs.reading_alone(j).transpose().replicate(model.nx(), 1);
     result.push_back({rows, true});
@@ -108,46 +144,41 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
   return result;
 }
 
-SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
-                      const SampledTruth& samples) {
+JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
+                     const SampledTruth& samples, double settled_from) {
   const codegen::ReferenceObserver<float> observer(model);
   const MatrixXd of_map = errors_of(observer.estimates(samples.z, samples.y), samples.x, model.states);
   const MatrixXd u = with_one(inputs.values(samples));
-  const VectorXd& w = samples.weights;
-  const auto mean = [&](const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
-    return a.cwiseProduct(b).dot(w.transpose()) / w.sum();
-  };
-  SetSquares result;
+  const WindowWeights split = split_weights(samples, settled_from);
+  JudgedSet result;
+  if (split.has_both()) result.windows.resize(2);
   for (Index i = 0; i < model.nx(); ++i) {
     const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
-    const Eigen::RowVectorXd truth = samples.x.row(i);
-    const auto errors = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
-      return errors_of(estimate, truth, {state});
+    CandidateErrors errors{of_map.row(i), samples.x.row(i), {}, {}};
+    const auto errors_in = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
+      return errors_of(estimate, errors.truth, {state});
     };
-    StateSquares& squares = result.emplace_back();
-    squares.map = mean(of_map.row(i), of_map.row(i));
-    for (const RowCandidate& candidate : all) {
-      const Eigen::RowVectorXd of_row = errors(candidate.rows.row(i) * u);
-      squares.row.push_back(mean(of_row, of_row));
-      squares.both.push_back(mean(of_row, of_map.row(i)));
-    }
+    for (const RowCandidate& candidate : all) errors.rows.push_back(errors_in(candidate.rows.row(i) * u));
     for (int j = 0; j < model.ny(); ++j) {
       const bool measures = j < model.measured() && model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
-      const Eigen::RowVectorXd of_sensor = measures ? errors(samples.y.row(j)) : truth;
-      squares.reading.push_back(measures ? mean(of_sensor, of_sensor) : std::numeric_limits<double>::infinity());
+      errors.readings.push_back(measures ? std::optional(errors_in(samples.y.row(j))) : std::nullopt);
     }
-    const Eigen::RowVectorXd off = truth.array() - truth.dot(w.transpose()) / w.sum();
-    squares.deviation = mean(off, off);
+    result.all.push_back(squares_in(errors, samples.weights));
+    if (!split.has_both()) continue;
+    result.windows[0].push_back(squares_in(errors, split.transient));
+    result.windows[1].push_back(squares_in(errors, split.settled));
   }
+  if (!split.has_both()) result.windows = {result.all};
   return result;
 }
 
-SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out) {
+JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
+                           double settled_from) {
   const SampledTruth fitted = sample_truth(model, training, kReadoutSamples),
                      judged = sample_truth(model, left_out, kReadoutSamples);
   if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, fitted);
-  return squares_of(model, inputs, row_candidates(model, inputs, fitted), judged);
+  return squares_of(model, inputs, row_candidates(model, inputs, fitted, settled_from), judged, settled_from);
 }
 
 void write_readout(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const MatrixXd& rows,

@@ -43,24 +43,30 @@ class RowInputs {
 struct RowCandidate {
   Eigen::MatrixXd rows;  ///< n_x x (1 + all)
   bool reads_more = false;
+  bool is_constant = false;  ///< the mean of each state
 };
 
-/// The simpler ones first: of the features, a ridge of each strength, then the constant; where there are readings to
-/// read beside them, the same ridges of both, then each reading alone. Of products with clocks: TransientRidge.
+/// Returns the candidates, simpler ones first:
+///   - ridges on the features, one for each strength of kRidges: first fitted on all samples, then on the settled ones
+///   - the constant
+///   - if a row can read outputs and inputs beside the features: the same ridges on both, then each reading alone
+/// If features are multiplied by clocks, a TransientRidge takes the place of the ridges on all samples.
+///   settled_from  end of the transient [sample periods since the start]
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
-                                         const SampledTruth& training);
+                                         const SampledTruth& training, double settled_from);
 inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 
-/// Squared errors of T* and of every candidate on the samples of one set.
-SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
-                      const SampledTruth& samples);
+/// Squared errors of T* and of every candidate on the samples of one set, whose weights have a sum > 0.
+JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
+                     const SampledTruth& samples, double settled_from);
 
 /// Samples of a set that rows are fitted on and judged by.
 inline constexpr Eigen::Index kReadoutSamples = 150000;
 
 /// Squared errors on data that training has not seen, by rows that are fitted on `training`. Empty if no truth counts
 /// there.
-SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
+JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
+                           double settled_from);
 
 /// Writes the choice into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.
 ///   reads_more   a row reads more than the features of T*

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <functional>
 #include <limits>
 #include <string>
@@ -17,6 +18,7 @@
 #include "trainer/learn/uncertainty/calibration.h"
 #include "trainer/learn/uncertainty/error_head_fit.h"
 #include "trainer/rollout/sampled_truth.h"
+#include "trainer/structures/structure_table.h"
 #include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
@@ -28,92 +30,150 @@ using Eigen::VectorXd;
 
 // Choice of the features that each state reads.
 
-/// One number for a value that each set of data has.
-using Together = std::function<double(const std::function<double(const StateSquares&)>&)>;
+/// Squared errors of one state on all sets of data that choose. It makes one number of a value that each set has.
+class Evidence {
+ public:
+  using Value = std::function<double(const StateSquares&)>;
 
-/// Takes the worse of training and validation data: validation logs alone may be easier than the training logs, and
-/// then a row wins there that loses on harder logs.
-Together worst_of(const std::vector<const StateSquares*>& sets) {
-  return [sets](const auto& value) {
-    double worst = 0.0;
-    for (const StateSquares* set : sets) worst = std::max(worst, value(*set));
-    return worst;
-  };
-}
+  /// are_left_out: the sets are groups of logs that trainings have not seen; otherwise training and validation data
+  Evidence(const std::vector<JudgedSet>& sets, std::size_t state, bool are_left_out) : are_left_out_(are_left_out) {
+    for (const JudgedSet& set : sets) {
+      all_.push_back({&set.all[state]});
+      auto& windows = windows_.emplace_back();
+      for (const SetSquares& window : set.windows) windows.push_back(&window[state]);
+      settled_.push_back({windows.back()});
+    }
+  }
 
-/// Takes the geometric mean over groups that were left out: one log that is unlike all others counts as one. An error
-/// below 0.1 % of the state's deviation counts as 0.1 %.
-Together typical_of(const std::vector<const StateSquares*>& sets) {
-  return [sets](const auto& value) {
+  std::size_t rows() const { return all_.front().front()->row.size(); }
+
+  /// Over whole runs, for people.
+  double over_runs(const Value& value) const { return together(all_, value); }
+
+  /// The geometric mean of the transient and the settled samples. The errors of the transient are far larger and would
+  /// decide alone.
+  double over_windows(const Value& value) const { return together(windows_, value); }
+
+  /// Over the settled samples; of a set without any, over all.
+  double settled(const Value& value) const { return together(settled_, value); }
+
+ private:
+  using Sets = std::vector<std::vector<const StateSquares*>>;  ///< for each set its windows
+
+  /// Where several errors are multiplied, one below 0.1 % of the state's deviation counts as 0.1 %.
+  double log_mean(const std::vector<const StateSquares*>& windows, const Value& value) const {
+    const double least = are_left_out_ || windows.size() > 1 ? 1e-6 : 0.0;
     double sum = 0.0;
-    for (const StateSquares* set : sets) sum += std::log(std::max(value(*set), 1e-6 * set->deviation + 1e-300));
-    return std::exp(sum / static_cast<double>(sets.size()));
-  };
-}
+    for (const StateSquares* squares : windows)
+      sum += std::log(std::max(value(*squares), least * squares->deviation + 1e-300));
+    return sum / static_cast<double>(windows.size());
+  }
 
-void find_sensor(const codegen::Model& model, const Together& together, StateReadout& result) {
+  /// The geometric mean over groups that were left out: one log that is unlike all others counts as one. Otherwise the
+  /// worse of training and validation data: validation data alone may be easier, and then a row wins there that loses
+  /// on harder runs.
+  double together(const Sets& sets, const Value& value) const {
+    double sum = 0.0, worst = -std::numeric_limits<double>::infinity();
+    for (const auto& windows : sets) {
+      const double log = log_mean(windows, value);
+      sum += log;
+      worst = std::max(worst, log);
+    }
+    return std::exp(are_left_out_ ? sum / static_cast<double>(sets.size()) : worst);
+  }
+
+  Sets all_, windows_, settled_;
+  bool are_left_out_;
+};
+
+/// told_error: the RMSE of a value, as StateReadout has it
+void find_sensor(const codegen::Model& model, const std::function<double(const Evidence::Value&)>& told_error,
+                 StateReadout& result) {
   std::vector<double> errors;
   for (std::size_t j = 0; j < model.outputs.size(); ++j)
-    errors.push_back(std::sqrt(together([j](const StateSquares& s) { return s.reading[j]; })));
+    errors.push_back(told_error([j](const StateSquares& s) { return s.reading[j]; }));
   const int best = best_sensor(errors, result.deviation);
   if (best < 0) return;
   result.sensor = errors[static_cast<std::size_t>(best)];
   result.sensor_name = model.outputs[static_cast<std::size_t>(best)].name;
 }
 
+/// Cost of a readout; the smaller one is the better readout.
+struct Cost {
+  double excess;  ///< ratio of its mean square over whole runs and the largest that is allowed; 1 below that
+  double error;   ///< mean square that chooses
+  auto operator<=>(const Cost&) const = default;
+
+  /// Both are as good if their squares differ by less than 2 %.
+  bool is_alike(const Cost& least) const {
+    constexpr double kAlike = 1.02;
+    return excess <= kAlike * least.excess && (least.excess > 1.0 || error <= kAlike * least.error);
+  }
+};
+
 struct Choice {
-  std::size_t row = 0;                               ///< index among the candidates
-  double share = 1.0;                                ///< share of T* beside that row
-  double as_map = 0.0, as_row = 0.0, shipped = 0.0;  ///< mean squares of the errors
+  std::size_t row = 0;  ///< index among the candidates
+  double share = 1.0;   ///< share of T* beside that row
 };
 
 /// Takes the simplest row that is as good as the best, and its best blend with T*. Of row, T* and blend it chooses the
-/// first that is as good as the best of them.
-///   sets          squares of the state on each set of data that chooses; `together` makes one number of them
-///   are_left_out  they are groups of logs that trainings have not seen
-Choice choose(const std::vector<const StateSquares*>& sets, const Together& together, bool are_left_out) {
-  constexpr double kAlike = 1.02;  // ratio of squared errors: below it, both are as good
-  const auto of_row = [&](std::size_t c) { return together([c](const StateSquares& s) { return s.row[c]; }); };
-  const std::size_t rows = sets.front()->row.size();
-  double least = of_row(0);
-  for (std::size_t c = 1; c < rows; ++c) least = std::min(least, of_row(c));
-  Choice choice;
-  while (choice.row + 1 < rows && !(of_row(choice.row) <= kAlike * least)) ++choice.row;
-
-  const auto of_blend = [&](double share) {
-    return together([&](const StateSquares& s) { return s.blend(choice.row, share); });
+/// first that is as good as the best of them. The geometric mean of transient and settled errors decides, as long as
+/// the RMSE over whole runs, which is mostly that of the transient, is at most 5 % above the least.
+///   by_settled  the settled errors decide, whatever the transient
+Choice choose(const Evidence& evidence, bool by_settled) {
+  constexpr double kOfWholeRuns = 1.05 * 1.05;  // as in below_floor(), so that no choice fails there
+  using Value = Evidence::Value;
+  const auto of_row = [](std::size_t c) -> Value { return [c](const StateSquares& s) { return s.row[c]; }; };
+  double least_over_runs = evidence.over_runs([](const StateSquares& s) { return s.map; });
+  for (std::size_t c = 0; c < evidence.rows(); ++c)
+    least_over_runs = std::min(least_over_runs, evidence.over_runs(of_row(c)));
+  const auto cost_of = [&](const Value& value) -> Cost {
+    if (by_settled) return {1.0, evidence.settled(value)};
+    const double excess = evidence.over_runs(value) / (kOfWholeRuns * least_over_runs + 1e-300);
+    return {std::max(excess, 1.0), evidence.over_windows(value)};
   };
-  double share = sets.back()->best_share(choice.row);  // without logs left out: on validation data
-  for (int twentieth = 0; are_left_out && twentieth <= 20; ++twentieth)
-    if (const double other = twentieth / 20.0; of_blend(other) < of_blend(share)) share = other;
-  choice.as_row = of_row(choice.row);
-  choice.as_map = of_blend(1.0);
-  const double as_blend = of_blend(share), good = kAlike * std::min({choice.as_row, choice.as_map, as_blend});
-  choice.share = choice.as_row <= good ? 0.0 : choice.as_map <= good ? 1.0 : share;
-  choice.shipped = choice.share == 0.0 ? choice.as_row : choice.share == 1.0 ? choice.as_map : as_blend;
+
+  std::vector<Cost> rows;
+  for (std::size_t c = 0; c < evidence.rows(); ++c) rows.push_back(cost_of(of_row(c)));
+  const Cost best_row = *std::ranges::min_element(rows);
+  Choice choice;
+  choice.row = static_cast<std::size_t>(
+      std::ranges::find_if(rows, [&](const Cost& cost) { return cost.is_alike(best_row); }) - rows.begin());
+
+  const auto of_share = [&](double share) {
+    return cost_of([&](const StateSquares& s) { return s.blend(choice.row, share); });
+  };
+  double share = 1.0;
+  for (int twentieth = 0; twentieth < 20; ++twentieth)
+    if (const double other = twentieth / 20.0; of_share(other) < of_share(share)) share = other;
+  const Cost best = of_share(share);
+  choice.share = of_share(0.0).is_alike(best) ? 0.0 : of_share(1.0).is_alike(best) ? 1.0 : share;
   return choice;
 }
 
 /// Chooses for each state, and writes it into the model's T*.
 ///   flight        training data as flown with the model's parameters: rows are fitted on it
 ///   validation    whole validation runs, with noise
-///   keeps_hidden  T* keeps its hidden layers though no state uses them: the error head reads the last one
+///   config        if T* has an error head, it keeps its hidden layers though no state uses them
 ///   left_out      left_out_squares() of each group that was left out of a training; these choose. Empty: flight and
 ///                 validation do
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keeps_hidden,
-                       const std::vector<SetSquares>& left_out) {
+///   settled_from  end of the transient [sample periods]
+Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation,
+                       const InverseMapConfig& config, const std::vector<JudgedSet>& left_out, double settled_from) {
   const SampledTruth training = sample_truth(model, flight, kReadoutSamples);
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, training);
-  const std::vector<RowCandidate> rows = row_candidates(model, inputs, training);
-  const SetSquares on_validation = squares_of(model, inputs, rows, judged);
-  const std::vector<SetSquares> sets =
-      left_out.empty() ? std::vector<SetSquares>{squares_of(model, inputs, rows, training), on_validation} : left_out;
-  for (const SetSquares& set : sets)
-    if (set.front().row.size() != rows.size())
+  const std::vector<RowCandidate> rows = row_candidates(model, inputs, training, settled_from);
+  const JudgedSet on_validation = squares_of(model, inputs, rows, judged, settled_from);
+  std::vector<JudgedSet> sets = left_out;
+  if (sets.empty()) sets = {squares_of(model, inputs, rows, training, settled_from), on_validation};
+  for (const JudgedSet& set : sets)
+    if (set.all.front().row.size() != rows.size())
       throw codegen::Error("left-out logs: trainings without them have other features");
+  const auto constant = static_cast<std::size_t>(std::ranges::find_if(rows, &RowCandidate::is_constant) - rows.begin());
 
+  const bool by_settled = config.readout == ReadoutChoice::kSettled;
   codegen::Network* map = codegen::inverse_map(model);
   VectorXd shares = VectorXd::Ones(model.nx());
   MatrixXd chosen_rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
@@ -121,34 +181,34 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   Readout readout;
   for (Index i = 0; i < model.nx(); ++i) {
     const auto state = static_cast<std::size_t>(i);
-    std::vector<const StateSquares*> own;
-    for (const SetSquares& set : sets) own.push_back(&set[state]);
-    const Together together = left_out.empty() ? worst_of(own) : typical_of(own);
-    Choice choice = choose(own, together, !left_out.empty());
-    if (map == nullptr) {
-      choice.share = 1.0;
-      choice.shipped = choice.as_map;
-    }
+    const Evidence evidence(sets, state, !left_out.empty());
+    Choice choice = choose(evidence, by_settled);
+    if (map == nullptr) choice.share = 1.0;
     shares(i) = choice.share;
     if (choice.share < 1.0) {
       chosen_rows.row(i) = rows[choice.row].rows.row(i);
       reads_more = reads_more || rows[choice.row].reads_more;
     }
 
-    constexpr std::size_t kConstant = std::size(kRidges);  // see row_candidates()
+    const auto told_error = [&](const Evidence::Value& value) {
+      return std::sqrt(by_settled ? evidence.settled(value) : evidence.over_runs(value));
+    };
+    const auto error_of_share = [&](double share) {
+      return told_error([&](const StateSquares& s) { return s.blend(choice.row, share); });
+    };
     StateReadout& told = readout.emplace_back(
         StateReadout{.state = model.states[state].name,
                      .share = choice.share,
-                     .trained = std::sqrt(choice.as_map),
-                     .linear = map != nullptr ? std::sqrt(choice.as_row) : std::numeric_limits<double>::infinity(),
-                     .shipped = std::sqrt(choice.shipped),
-                     .validation = std::sqrt(on_validation[state].blend(choice.row, choice.share)),
-                     .constant = std::sqrt(together([](const StateSquares& s) { return s.row[kConstant]; })),
-                     .deviation = std::sqrt(on_validation[state].deviation)});
-    find_sensor(model, together, told);
+                     .trained = error_of_share(1.0),
+                     .linear = map != nullptr ? error_of_share(0.0) : std::numeric_limits<double>::infinity(),
+                     .shipped = error_of_share(choice.share),
+                     .validation = std::sqrt(on_validation.all[state].blend(choice.row, choice.share)),
+                     .constant = told_error([&](const StateSquares& s) { return s.row[constant]; }),
+                     .deviation = std::sqrt(on_validation.all[state].deviation)});
+    find_sensor(model, told_error, told);
   }
   if (map != nullptr && (shares.array() < 1.0).any())
-    write_readout(*map, inputs, shares, chosen_rows, reads_more, keeps_hidden);
+    write_readout(*map, inputs, shares, chosen_rows, reads_more, config.error);
   return readout;
 }
 
@@ -164,29 +224,28 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
   return std::sqrt(squares);
 }
 
-/// Errors of the shipped model on whole runs, before and after `from_s`. A run that ends before has no settled samples.
-SplitError split_error(const codegen::Model& model, const Rollout& validation, double from_s) {
+/// Errors of the shipped model on whole runs, see SplitError. A run that ends before has no settled samples.
+SplitError split_error(const codegen::Model& model, const Rollout& validation, double settled_from) {
   constexpr double kLeast = 1e-3;  // least error, in deviations; a smaller one counts as this
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   const MatrixXd errors =
       errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
-  const VectorXd& all = judged.weights;
-  VectorXd settled = all;
-  for (Index k = 0; k < all.size(); ++k)
-    if (judged.since_start[static_cast<std::size_t>(k)] * model.sample_period_s < from_s) settled(k) = 0.0;
-  const auto mean = [](const Eigen::RowVectorXd& values, const VectorXd& weights) {
-    return values.dot(weights.transpose()) / std::max(weights.sum(), 1e-300);
-  };
   Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // of all states, each over its variance
-  for (Index i = 0; i < errors.rows(); ++i) {
-    const Eigen::RowVectorXd truth = judged.x.row(i);
-    const double variance = mean((truth.array() - mean(truth, all)).square(), all);
-    squares += errors.row(i).cwiseAbs2() / std::max(variance, 1e-300);
-  }
-  const auto error = [&](const VectorXd& weights) { return std::max(std::sqrt(mean(squares, weights)), kLeast); };
-  const VectorXd transient = all - settled;
-  const bool has_both = settled.sum() > 0.0 && transient.sum() > 0.0;
-  return has_both ? SplitError{error(transient), error(settled)} : SplitError{error(all), error(all)};
+  for (Index i = 0; i < errors.rows(); ++i)
+    squares += errors.row(i).cwiseAbs2() / std::max(weighted_variance(judged.x.row(i), judged.weights), 1e-300);
+  const auto error = [&](const VectorXd& weights) {
+    return std::max(std::sqrt(weighted_mean(squares, weights)), kLeast);
+  };
+  const WindowWeights split = split_weights(judged, settled_from);
+  if (!split.has_both()) return {error(judged.weights), error(judged.weights)};
+  return {error(split.transient), error(split.settled)};
+}
+
+/// End of the transient [sample periods], as the evaluation of the experiment has it.
+double settled_from(const TrainingEnd& training) {
+  double from_s = training.options.settled_from_s;
+  if (!(from_s > 0.0)) from_s = settled_from_s(windows_of(training.experiment, training.dataset.longest_s()));
+  return from_s / training.dataset.sample_period_s;
 }
 
 // Facts.
@@ -199,7 +258,7 @@ void record_facts(const TrainingEnd& training, ShippedModel& shipped) {
     if (!text.empty()) facts.emplace_back(std::move(name), text);
   };
   facts = run_facts(training.experiment, training.dataset, training.data_hash, training.state, shipped.validation_rmse);
-  if (selects_readout(training.experiment) && training.structure.module->has_inverse_map())
+  if (is_chosen(training.experiment.inverse_map.readout) && training.structure.module->has_inverse_map())
     facts.emplace_back("readout", readout_fact(shipped.readout, training.options.evidence.size()));
   add(kIgnoredInputsFact, known.ignored_inputs);
   if (shipped.model.nu() > 0) add("input_delay", known.input_delay);
@@ -232,10 +291,6 @@ codegen::ErrorHead error_head(const codegen::Model& model, const float* paramete
 
 }  // namespace
 
-bool selects_readout(const Experiment& experiment) {
-  return experiment.inverse_map.readout == ReadoutChoice::kSelected;
-}
-
 ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Objective& validator, ThreadPool& pool) {
   const auto& [experiment, dataset, options, structure, failures, state, data_hash] = training;
   const float* best = state.best.data();
@@ -251,22 +306,22 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
     }
   };
 
+  const double from = settled_from(training);
   for_each_left_out([&](const Rollout& runs) {
-    SetSquares squares = left_out_squares(model, flight, runs);
-    if (!squares.empty()) shipped.left_out.push_back({std::move(squares), {}});
+    JudgedSet squares = left_out_squares(model, flight, runs, from);
+    if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
-  if (selects_readout(experiment)) {
+  if (is_chosen(experiment.inverse_map.readout)) {
     // The same evidence chooses here and for all logs, so that a training without some of them ships the same readouts.
-    std::vector<SetSquares> chooses;
+    std::vector<JudgedSet> chooses;
     for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
       chooses.push_back(group.squares);
     shipped.readout =
-        choose_readout(model, flight, validator.roll_out_runs(best), experiment.inverse_map.error, chooses);
+        choose_readout(model, flight, validator.roll_out_runs(best), experiment.inverse_map, chooses, from);
   }
   shipped.validation_rmse = shipped_rmse(training, shipped.readout);
 
-  if (options.settled_from_s > 0.0)
-    shipped.split = split_error(model, validator.roll_out_runs(best), options.settled_from_s);
+  if (options.settled_from_s > 0.0) shipped.split = split_error(model, validator.roll_out_runs(best), from);
   record_facts(training, shipped);
 
   if (experiment.inverse_map.error) {

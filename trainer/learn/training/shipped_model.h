@@ -4,8 +4,9 @@
 //   2. the readout of each state: T* as trained, a linear row, or a blend of both,
 //        x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
 //      whichever has the least error on logs that were left out of trainings like this one (left_out.h), or else on
-//      training data or on validation data, whichever is worse. The row is fitted on the features as they are then. So
-//      an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
+//      training data or on validation data, whichever is worse. The error is the geometric mean of the RMSE before and
+//      after the end of the transient. The row is fitted on the features as they are then. So an observer is not worse
+//      there than the linear row, than a constant, or than a sensor of that state.
 //   3. the facts of its provenance
 //   4. an error head, where the experiment asks for one
 #pragma once
@@ -34,13 +35,11 @@ struct TrainingEnd {
 
 struct ShippedModel {
   codegen::Model model;
-  Readout readout;                     ///< empty unless selects_readout()
+  Readout readout;                     ///< empty unless is_chosen()
   std::vector<LeftOutGroup> left_out;  ///< see TrainingResult
   double validation_rmse = 0.0;        ///< error of the shipped model on validation data, in the units of the loss
   SplitError split;                    ///< see TrainingResult
 };
-
-bool selects_readout(const Experiment& experiment);
 
 /// `objective`: on the training data; `validator`: on the validation data. A row may read outputs and inputs that T*
 /// does not; angles it reads only as T* does. Where z is the estimate, every state keeps it, and the errors of the rows

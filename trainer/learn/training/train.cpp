@@ -123,7 +123,7 @@ class Training {
     result.left_out = std::move(shipped.left_out);
     result.validation_rmse = shipped.validation_rmse;
     result.split = shipped.split;
-    if (result.succeeded() && selects_readout(experiment_))
+    if (result.succeeded() && is_chosen(experiment_.inverse_map.readout))
       if (std::string below = below_floor(result.readout); !below.empty()) {
         result.message = std::move(below);
         result.outcome = TrainOutcome::kBelowFloor;

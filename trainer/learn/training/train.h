@@ -28,7 +28,7 @@ struct TrainProgress {
 
 /// How a training without a group of logs estimates the states of that group.
 struct LeftOutGroup {
-  SetSquares squares;  ///< squared errors of T* as trained
+  JudgedSet squares;   ///< squared errors of T* as trained, and of the rows beside it
   ErrorScores scores;  ///< scores of the shipped model's error head, if any
 };
 
@@ -59,7 +59,9 @@ struct TrainOptions {
   /// Errors of such trainings: they choose the readouts (shipped_model.h) and set the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
-  double settled_from_s = 0.0;  ///< t_c of TrainingResult::split; 0: not asked for
+  /// t_c [s] of TrainingResult::split and of the choice of readouts. 0: no split is asked for; the choice takes the t_c
+  /// of the evaluation.
+  double settled_from_s = 0.0;
 };
 
 enum class TrainOutcome {
