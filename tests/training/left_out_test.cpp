@@ -12,6 +12,7 @@
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/training/training_testing.h"
+#include "trainer/data/log_files.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
@@ -73,12 +74,59 @@ TEST(Folds, EachLogIsLeftOutOnceAndNeighboursPart) {
   for (const FoldOfLogs& fold : folds) {
     std::set<std::string> kept, out;
     for (const Trajectory& run : fold.kept.trajectories) kept.insert(run.log);
-    for (const Dataset& group : fold.left_out)
-      for (const Trajectory& run : group.trajectories) out.insert(run.log);
+    for (const LeftOutLogs& group : fold.left_out)
+      for (const Trajectory& run : group.logs.trajectories) out.insert(run.log);
     EXPECT_EQ(kept.size() + out.size(), 5U);
     for (const std::string& log : out) EXPECT_EQ(kept.count(log), 0U) << log;
   }
   EXPECT_EQ(folds_of_logs(experiment_of_logs(50), training).size(), 5U) << "as many as there are logs at most";
+}
+
+/// The logs of logs_with_a_level_each() with other names.
+Dataset logs_named(const std::vector<std::string>& names) {
+  Dataset data = logs_with_a_level_each(static_cast<int>(names.size()), 1);
+  for (std::size_t i = 0; i < names.size(); ++i) data.trajectories[i].log = names[i] + ".csv";
+  return data;
+}
+
+TEST(LogKind, IsTheNameWithoutItsCounter) {
+  EXPECT_EQ(log_kind("rubber_07.csv"), "rubber");
+  EXPECT_EQ(log_kind("01_fast_A.csv"), "fast_A");
+  EXPECT_EQ(log_kind("0degC_Mixed2.csv"), "0degC_Mixed") << "0 is no counter here";
+  EXPECT_EQ(log_kind("17.csv"), "");
+  EXPECT_EQ(log_kind("2026-11-20_2.csv"), "11-20");
+  EXPECT_EQ(log_kind("chirp"), "chirp");
+}
+
+TEST(Folds, ASmallKindIsLeftOutWholeAndOfTheLargestEachFoldHasAPart) {
+  const Dataset logs = logs_named({"free_1", "rubber_1", "rubber_2", "rubber_3", "rubber_4", "ice_1", "ice_2"});
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment_of_logs(3), logs);
+  ASSERT_EQ(folds.size(), 3U);
+  EXPECT_THAT(folds[0].names, ElementsAre("rubber_1.csv", "rubber_4.csv"));
+  EXPECT_THAT(folds[1].names, ElementsAre("ice_1.csv", "ice_2.csv", "rubber_2.csv"));
+  EXPECT_THAT(folds[2].names, ElementsAre("free_1.csv", "rubber_3.csv"));
+  EXPECT_EQ(folds[1].left_out.front().kind, "ice");
+}
+
+TEST(LeftOut, EachKindCountsOnceHoweverManyLogsItHas) {
+  // On eight logs a line of y tells the grip. On the third and the eighth this line is far off, and the mean is better.
+  const auto result_of = [](const std::string& third, const std::string& eighth) {
+    Dataset logs = logs_named({"rubber_0", "rubber_1", third, "rubber_3", "rubber_4", "rubber_5", "rubber_6", eighth,
+                               "rubber_8", "rubber_9"});
+    for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
+      Trajectory& run = logs.trajectories[i];
+      run.outputs = run.outputs.array() - 13.5;  // from -13.5 to 13.5
+      run.states.row(0) = run.outputs.row(0);
+      run.states.row(1) = 0.1 * run.outputs.row(0);
+      if (i == 2 || i == 7) run.states.row(1).setConstant(0.1);
+    }
+    Experiment experiment = experiment_of_logs(4);
+    experiment.training.steps = 20;
+    return train_with_folds(experiment, logs, logs, {}).readout.at(1);
+  };
+  const StateReadout by_kinds = result_of("ice_2", "sand_7"), by_logs = result_of("rubber_2", "rubber_7");
+  EXPECT_EQ(by_kinds.linear, by_kinds.constant) << "of three kinds two prefer the mean to the line";
+  EXPECT_LT(by_logs.linear, 0.9 * by_logs.constant) << "control: of ten logs eight prefer the line";
 }
 
 TEST(Folds, LogsOfOneGroupAreLeftOutTogether) {
@@ -86,7 +134,7 @@ TEST(Folds, LogsOfOneGroupAreLeftOutTogether) {
   experiment.validation.groups = "^day_([0-3])?";
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs_with_a_level_each(6, 1));
   ASSERT_EQ(folds.size(), 4U);  // 0, 1, 2, 3 and the rest: five groups
-  EXPECT_EQ(folds[0].left_out.front().trajectories.size(), 2U) << "day_4 and day_5 have the same text, none";
+  EXPECT_EQ(folds[3].left_out.front().logs.trajectories.size(), 2U) << "day_4 and day_5 have the same text, none";
   experiment.validation.groups = "^night";
   EXPECT_THAT([&] { folds_of_logs(experiment, logs_with_a_level_each(3, 1)); },
               ::testing::ThrowsMessage<codegen::Error>(HasSubstr("[validation] groups ^night: finds nothing in")));
@@ -134,7 +182,7 @@ TEST(LeftOut, IntervalsHoldOnLogsThatNoTrainingHasSeen) {
     Experiment experiment = experiment_of_logs(folds);
     experiment.inverse_map.error = true;
     TrainOptions options;
-    options.left_out = {logs_off_by_a_bias_each(8, 2)};
+    options.left_out = {{"day", logs_off_by_a_bias_each(8, 2)}};
     const TrainingResult result = train_with_folds(experiment, training, training, options);
     const auto ratios = result.left_out.at(0).scores.ratios.row(1).array();
     return static_cast<double>((ratios <= result.model.error->factor_95(1)).count()) /

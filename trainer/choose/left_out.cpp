@@ -62,19 +62,19 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
   if (groups.size() < kFewestGroups) return {};
   const std::size_t count = std::min(groups.size(), static_cast<std::size_t>(std::max(validation.folds, 2)));
   std::vector<FoldOfLogs> folds(count);
-  for (std::size_t f = 0; f < count; ++f) {
-    FoldOfLogs& fold = folds[f];
-    fold.kept = training;
-    for (std::size_t g = f; g < groups.size(); g += count) {
-      const auto is_of_group = [&](const Trajectory& run) {
-        return std::ranges::find(groups[g].files, run.log) != groups[g].files.end();
-      };
-      fold.names.push_back(groups[g].name);
-      Dataset& own = fold.left_out.emplace_back(training);
-      std::erase_if(own.trajectories, [&](const Trajectory& run) { return !is_of_group(run); });
-      std::erase_if(fold.kept.trajectories, is_of_group);
-    }
+  for (FoldOfLogs& fold : folds) fold.kept = training;
+  const std::vector<std::size_t> fold_of = deal_groups(groups, count);
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    FoldOfLogs& fold = folds[fold_of[g]];
+    const auto is_of_group = [&](const Trajectory& run) {
+      return std::ranges::find(groups[g].files, run.log) != groups[g].files.end();
+    };
+    fold.names.push_back(groups[g].name);
+    Dataset& own = fold.left_out.emplace_back(LeftOutLogs{groups[g].kind, training}).logs;
+    std::erase_if(own.trajectories, [&](const Trajectory& run) { return !is_of_group(run); });
+    std::erase_if(fold.kept.trajectories, is_of_group);
   }
+  std::erase_if(folds, [](const FoldOfLogs& fold) { return fold.left_out.empty(); });
   return folds;
 }
 

@@ -16,12 +16,11 @@ namespace nlo::trainer {
 struct FoldOfLogs {
   std::vector<std::string> names;  ///< names of the groups
   Dataset kept;
-  std::vector<Dataset> left_out;
+  std::vector<LeftOutLogs> left_out;
 };
 
-/// Returns the folds of [validation]. Groups are dealt in turn, so that neighbours by name, which are often alike, come
-/// into different folds. Empty if there is nothing to choose: no log, `folds` 0, readout "network", or fewer than three
-/// groups. Throws codegen::Error for a wrong pattern.
+/// Returns the folds of [validation], dealt by deal_groups(). Empty if there is nothing to choose: no log, `folds` 0,
+/// readout "network", or fewer than three groups. Throws codegen::Error for a wrong pattern.
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training);
 
 /// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".

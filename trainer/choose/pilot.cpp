@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
+#include <set>
+#include <string>
+#include <vector>
 
+#include "trainer/data/log_files.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/learn/training/train.h"
 
@@ -14,12 +17,18 @@ Pilots::Pilots(const Experiment& experiment, const Dataset& training, const Data
     : training_(training), validation_(validation), settled_from_s_(settled_from_s) {
   if (!experiment.log || !experiment.log->validation_files.empty()) return;
   constexpr std::size_t kPart = 4;
-  std::map<std::string, std::size_t> logs;
-  for (const Trajectory& run : training.trajectories) logs.emplace(run.log, logs.size());
-  if (logs.size() < 2) return;
-  const std::size_t part = std::min(kPart, logs.size());
+  std::set<std::string> files;
+  for (const Trajectory& run : training.trajectories) files.insert(run.log);
+  const std::vector<LogGroup> groups =
+      log_groups({files.begin(), files.end()}, experiment.validation.groups, "[validation] groups");
+  if (groups.size() < 2) return;
+  const std::size_t part = std::min(kPart, groups.size());
+  const std::vector<std::size_t> fold_of = deal_groups(groups, part);
+  std::set<std::string> held_files;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    if (fold_of[g] == part - 1) held_files.insert(groups[g].files.begin(), groups[g].files.end());
   kept_ = held_out_ = training;
-  const auto held = [&](const Trajectory& run) { return logs.at(run.log) % part == part - 1; };
+  const auto held = [&](const Trajectory& run) { return held_files.contains(run.log); };
   std::erase_if(kept_.trajectories, held);
   std::erase_if(held_out_.trajectories, [&](const Trajectory& run) { return !held(run); });
 }

@@ -9,8 +9,8 @@ namespace nlo::trainer {
 
 class Pilots {
  public:
-  /// If there are logs and no validation_files, every fourth log is held out, or one if there are fewer than four. The
-  /// sets outlive the pilots.
+  /// If there are logs and no validation_files, one of four sets of deal_groups() is held out, or one log if there are
+  /// fewer than four. The sets outlive the pilots.
   ///   settled_from_s  end of the transient [s], see SplitError
   Pilots(const Experiment& experiment, const Dataset& training, const Dataset& validation, double settled_from_s);
 

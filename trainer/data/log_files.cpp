@@ -179,6 +179,31 @@ std::string file_name(const std::string& path) {
   return path.substr(path.rfind('/') + 1);
 }
 
+std::string log_kind(const std::string& name) {
+  constexpr std::string_view kDigits = "0123456789", kSeparators = "_-. ";
+  std::string kind = name.substr(0, name.rfind('.'));
+  if (const std::size_t counter = kind.find_first_not_of(kDigits);
+      counter != std::string::npos && counter > 0 && kSeparators.find(kind[counter]) != std::string_view::npos)
+    kind.erase(0, counter + 1);
+  const std::size_t end = kind.find_last_not_of(kDigits);
+  const std::size_t last = end == std::string::npos ? end : kind.find_last_not_of(kSeparators, end);
+  kind.erase(last == std::string::npos ? 0 : last + 1);
+  return kind;
+}
+
+std::vector<std::size_t> deal_groups(const std::vector<LogGroup>& groups, std::size_t folds) {
+  std::map<std::string, std::vector<std::size_t>> kinds;
+  for (std::size_t g = 0; g < groups.size(); ++g) kinds[groups[g].kind].push_back(g);
+  std::vector<std::size_t> fold_of(groups.size());
+  std::size_t whole = 0, dealt = 0;
+  for (const auto& [kind, members] : kinds) {
+    const bool is_left_out_whole = kinds.size() > 1 && 2 * members.size() <= groups.size();
+    for (const std::size_t g : members) fold_of[g] = is_left_out_whole ? folds - 1 - whole % folds : dealt++ % folds;
+    if (is_left_out_whole) ++whole;
+  }
+  return fold_of;
+}
+
 std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
                                  const std::string& key) {
   std::map<std::string, std::vector<std::string>> groups;
@@ -204,7 +229,8 @@ std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const st
         fmt::format("{} {}: is not a regular expression; write for example \"^[a-z]+\"", key, pattern));
   }
   std::vector<LogGroup> result;
-  for (auto& [name, members] : groups) result.push_back({name, std::move(members)});
+  for (auto& [name, members] : groups)
+    result.push_back({name, pattern.empty() ? log_kind(name) : name, std::move(members)});
   return result;
 }
 

@@ -36,14 +36,27 @@ Dataset started_at(const Dataset& logs, const std::vector<double>& from_s);
 
 struct LogGroup {
   std::string name;
+  std::string kind;  ///< logs of one kind are alike (log_kind)
   std::vector<std::string> files;
 };
 
 /// A path's last part.
 std::string file_name(const std::string& path);
 
+/// Returns the kind of a log by its file name: the name without extension, without a counter at its end and without one
+/// before its first separator. "rubber_07.csv" is of the kind "rubber", "01_fast_A.csv" of "fast_A", "0degC_Mixed2.csv"
+/// of "0degC_Mixed".
+std::string log_kind(const std::string& name);
+
+/// Deals groups to `folds` sets that are left out in turn, and returns the set of each group. A kind with at most half
+/// of the groups is left out whole, so that a set shows how well a training does on a kind that it has not seen. A kind
+/// with more is dealt in turn, because without it too little would be left to train on; neighbours by name, which are
+/// often alike, come into different sets.
+std::vector<std::size_t> deal_groups(const std::vector<LogGroup>& groups, std::size_t folds);
+
 /// One group for each text that the regular expression `pattern` finds in the files' names (its first group, or all of
-/// the match), sorted by that text; without a pattern one for each file. `key`: who gave the pattern, for messages.
+/// the match), sorted by that text; without a pattern one for each file. With a pattern
+/// each group is a kind. `key`: who gave the pattern, for messages.
 /// Throws codegen::Error for a pattern that is wrong, too large, or finds nothing in a name.
 std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
                                  const std::string& key);

@@ -10,8 +10,8 @@
 namespace nlo::trainer {
 
 /// Errors are RMSE in the state's unit, over whole runs, or over their settled samples if these choose. On left-out
-/// data they are the geometric mean over groups; otherwise the larger of the RMSE on training data as flown and of that
-/// on validation data. Errors of angles go the short way round.
+/// data they are the geometric mean over kinds of logs; otherwise the larger of the RMSE on training data as flown and
+/// of that on validation data. Errors of angles go the short way round.
 struct StateReadout {
   std::string state;
   double share = 1.0;       ///< share of T* as trained; the rest is the linear row
@@ -41,6 +41,7 @@ using SetSquares = std::vector<StateSquares>;  ///< one for each state
 
 /// Squared errors on one set of data.
 struct JudgedSet {
+  std::string kind = {};            ///< of logs that were left out (log_files.h)
   SetSquares all;                   ///< over all samples
   std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; `all` alone without both
 };

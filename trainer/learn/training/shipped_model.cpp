@@ -6,7 +6,9 @@
 #include <compare>
 #include <functional>
 #include <limits>
+#include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "codegen/base/error.h"
@@ -38,6 +40,7 @@ class Evidence {
   /// are_left_out: the sets are groups of logs that trainings have not seen; otherwise training and validation data
   Evidence(const std::vector<JudgedSet>& sets, std::size_t state, bool are_left_out) : are_left_out_(are_left_out) {
     for (const JudgedSet& set : sets) {
+      kinds_.emplace_back(set.kind);
       all_.push_back({&set.all[state]});
       auto& windows = windows_.emplace_back();
       for (const SetSquares& window : set.windows) windows.push_back(&window[state]);
@@ -69,19 +72,36 @@ class Evidence {
     return sum / static_cast<double>(windows.size());
   }
 
-  /// The geometric mean over groups that were left out: one log that is unlike all others counts as one. Otherwise the
-  /// worse of training and validation data: validation data alone may be easier, and then a row wins there that loses
-  /// on harder runs.
   double together(const Sets& sets, const Value& value) const {
-    double sum = 0.0, worst = -std::numeric_limits<double>::infinity();
-    for (const auto& windows : sets) {
-      const double log = log_mean(windows, value);
-      sum += log;
-      worst = std::max(worst, log);
-    }
-    return std::exp(are_left_out_ ? sum / static_cast<double>(sets.size()) : worst);
+    return are_left_out_ ? typical_of_kinds(sets, value) : worst_of(sets, value);
   }
 
+  /// The geometric mean over kinds, each the geometric mean over its groups that were left out: each kind counts once,
+  /// however many logs there are of it.
+  double typical_of_kinds(const Sets& sets, const Value& value) const {
+    struct Sum {
+      double logs = 0.0, groups = 0.0;
+    };
+    std::map<std::string_view, Sum> kinds;
+    for (std::size_t s = 0; s < sets.size(); ++s) {
+      Sum& sum = kinds[kinds_[s]];
+      sum.logs += log_mean(sets[s], value);
+      sum.groups += 1.0;
+    }
+    double logs = 0.0;
+    for (const auto& [kind, sum] : kinds) logs += sum.logs / sum.groups;
+    return std::exp(logs / static_cast<double>(kinds.size()));
+  }
+
+  /// The worse of training and validation data: validation data alone may be easier, and then a row wins there that
+  /// loses on harder runs.
+  double worst_of(const Sets& sets, const Value& value) const {
+    double worst = -std::numeric_limits<double>::infinity();
+    for (const auto& windows : sets) worst = std::max(worst, log_mean(windows, value));
+    return std::exp(worst);
+  }
+
+  std::vector<std::string_view> kinds_;  ///< of the sets
   Sets all_, windows_, settled_;
   bool are_left_out_;
 };
@@ -299,16 +319,17 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   shipped.model = to_model(structure, best, experiment, dataset, flight);
   codegen::Model& model = shipped.model;
   const auto for_each_left_out = [&training, &pool, best](const auto& judge_on) {
-    for (const Dataset& group : training.options.left_out) {
-      const TrainingData data(group, training.failures);
+    for (const LeftOutLogs& group : training.options.left_out) {
+      const TrainingData data(group.logs, training.failures);
       Objective judge(training.experiment, training.structure, data, pool);
-      judge_on(judge.roll_out_runs(best));
+      judge_on(judge.roll_out_runs(best), group.kind);
     }
   };
 
   const double from = settled_from(training);
-  for_each_left_out([&](const Rollout& runs) {
+  for_each_left_out([&](const Rollout& runs, const std::string& kind) {
     JudgedSet squares = left_out_squares(model, flight, runs, from);
+    squares.kind = kind;
     if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
   if (is_chosen(experiment.inverse_map.readout)) {
@@ -327,7 +348,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   if (experiment.inverse_map.error) {
     model.error = error_head(model, best, flight, objective, validator, training);
     auto next = shipped.left_out.begin();
-    for_each_left_out([&](const Rollout& runs) {
+    for_each_left_out([&](const Rollout& runs, const std::string&) {
       const ErrorSamples samples = error_samples(model, runs, kCalibrated);
       if (samples.size() > 0) (next++)->scores = error_scores(*model.error, samples);
     });

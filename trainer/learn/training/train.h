@@ -26,6 +26,12 @@ struct TrainProgress {
   double steps_per_s = 0.0, elapsed_s = 0.0, left_s = 0.0;
 };
 
+/// A group of logs that a training leaves out.
+struct LeftOutLogs {
+  std::string kind;  ///< log_files.h
+  Dataset logs;
+};
+
 /// How a training without a group of logs estimates the states of that group.
 struct LeftOutGroup {
   JudgedSet squares;   ///< squared errors of T* as trained, and of the rows beside it
@@ -55,7 +61,7 @@ struct TrainOptions {
   std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
-  std::vector<Dataset> left_out = {};
+  std::vector<LeftOutLogs> left_out = {};
   /// Errors of such trainings: they choose the readouts (shipped_model.h) and set the size of its error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
