@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The cache in benchmarks: the time to load so many bytes from L1, and how to evict the data that a slow loop's
-// neighbours would evict.
+// The cache in benchmarks: measures the time to load a number of bytes from L1, and evicts data as other programs
+// beside a slow loop would.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,14 @@
 
 namespace nlo::bench {
 
-/// Loads `bytes` (a multiple of 512) in vectors as long as the CPU has, and does nothing with them.
+/// Loads `bytes` (a multiple of 512) in the widest vectors of the CPU, without using them.
 void load_all(const void* from, std::size_t bytes);
 
-/// A buffer to walk through. It is written at first: one that never was is a single page of zeros, and evicts nothing.
+/// A buffer to read through. It is written first, because a buffer that was never written is a single page of zeros and
+/// evicts nothing.
 class Evictor {
  public:
-  /// 256 KB push everything out of an L1 cache; several MB out of L2 too.
+  /// 256 KB evict everything from an L1 cache; several MB evict everything from L2, too.
   explicit Evictor(std::size_t bytes) : lines_(bytes / sizeof(Line)) {
     for (std::size_t i = 0; i < lines_.size(); ++i) lines_[i].words[0] = i;
   }

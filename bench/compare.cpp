@@ -110,7 +110,7 @@ int run(const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
   try {
     return run({argv + 1, argv + argc});
-  } catch (const std::exception& error) {  // also from a result that lacks an entry
+  } catch (const std::exception& error) {  // also from a result without a necessary entry
     std::fprintf(stderr, "compare: %s\n", error.what());
     return 2;
   }

@@ -30,7 +30,7 @@ report "$work/runtime.cpp" "the runtime alone: nlo/kkl_observer.h"
 for header; do
   name=$(sed -n 's/^namespace nlo::\([a-z_0-9A-Z]*\) {.*/\1/p' "$header" | head -1)
   [ -n "$name" ] || { echo "compile_time.sh: $header: no header that nlo export has written" >&2; exit 1; }
-  # A step and an estimate: what a template makes no code for takes no time.
+  # Runs a step and an estimate, because a template that is not used takes no time to compile.
   printf '#include "%s"\nauto run(nlo::%s::Observer& o, const nlo::%s::Observer::Output& y) { (void)o.step(y); return o.estimate(); }\n' \
     "$(cd "$(dirname "$header")" && pwd)/$(basename "$header")" "$name" "$name" > "$work/header.cpp"
   report "$work/header.cpp" "$header"

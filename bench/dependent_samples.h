@@ -16,10 +16,10 @@ namespace nlo::bench {
 
 inline constexpr int kFleet = 32;
 
-/// One dependent sample.
+/// Computes one sample, which depends on the one before.
 using Sample = std::function<void()>;
 
-/// A measurement that depends on the last estimate.
+/// Returns a measurement that depends on the last estimate.
 inline float next_measurement(float x_hat) {
   return 0.5F * x_hat + 0.1F;
 }
@@ -42,7 +42,7 @@ Sample sample_of(const typename Observer::Model& model) {
   };
 }
 
-/// step() of the runtime, then another network on its latent state.
+/// Runs step() of the runtime, then another network on its latent state.
 template <class Model>
 Sample sample_with(const Model& model, References::Evaluate evaluate) {
   return [observer = nlo::KklObserver{model}, evaluate, y = 1.0F]() mutable {
@@ -53,7 +53,7 @@ Sample sample_with(const Model& model, References::Evaluate evaluate) {
   };
 }
 
-/// A sample of every plant of a batch.
+/// Computes a sample of every plant of a batch.
 template <class Model>
 Sample sample_of_fleet(const Model& model) {
   struct Fleet {

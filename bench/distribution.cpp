@@ -10,17 +10,17 @@ namespace nlo::bench {
 
 namespace {
 
-// Told apart with common colour blindness: blue, orange.
+// Blue and orange, which are distinguishable with common colour blindness.
 constexpr const char* kColours[] = {"#2f7de1", "#e07b1f"};
 
-/// As a string of gnuplot, in which only a quote has a meaning.
+/// Returns a string literal of gnuplot, in which only a quote needs an escape.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
   return out + "'";
 }
 
-/// A duration as people write it.
+/// Returns a duration with a suitable unit.
 std::string readable(double ns) {
   char text[32];
   if (ns < 1e3) {
@@ -33,7 +33,8 @@ std::string readable(double ns) {
   return text;
 }
 
-/// Lines "centre width share" of buckets that grow by an eighth of an octave: x in us, y the share of all values.
+/// Prints lines "centre width share" of buckets that grow by an eighth of an octave: x in us, y the share of all
+/// values.
 void print_buckets(std::FILE* out, const Distribution& distribution) {
   const auto& values = distribution.values_ns();
   const double growth = std::exp2(0.125);
@@ -52,7 +53,7 @@ void print_buckets(std::FILE* out, const Distribution& distribution) {
 }  // namespace
 
 std::string draw_histograms(const std::vector<HistogramPanel>& panels, const std::string& path) {
-  std::signal(SIGPIPE, SIG_IGN);  // without gnuplot nobody reads the pipe
+  std::signal(SIGPIPE, SIG_IGN);  // if gnuplot is missing, nobody reads the pipe
   std::FILE* gnuplot = popen("gnuplot", "w");
   if (gnuplot == nullptr) return "gnuplot cannot be started";
   std::fprintf(gnuplot,

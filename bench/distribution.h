@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Durations one by one, because the slowest matters to a control loop, not the mean.
+// Collects single durations, because for a control loop the slowest matters, not the mean.
 #pragma once
 
 #include <algorithm>
@@ -25,9 +25,9 @@ class Distribution {
   }
 
   const std::string& name() const { return name_; }
-  /// After sort().
+  /// Returns the values. Call sort() before.
   const std::vector<std::int64_t>& values_ns() const { return values_ns_; }
-  /// After sort(): the value that this share of all does not exceed.
+  /// Returns the value that this share of all values does not exceed. Call sort() before.
   double quantile_ns(double share) const {
     if (count_ == 0) return 0.0;
     return static_cast<double>(values_ns_[static_cast<std::size_t>(share * static_cast<double>(count_ - 1))]);
@@ -45,7 +45,8 @@ struct HistogramPanel {
   std::vector<const Distribution*> distributions;
 };
 
-/// Draws the panels below each other as an SVG file, by gnuplot. Returns why there is none; empty on success.
+/// Draws the panels below each other as an SVG file by gnuplot. Returns an empty text, or the reason why there is no
+/// file.
 std::string draw_histograms(const std::vector<HistogramPanel>& panels, const std::string& path);
 
 }  // namespace nlo::bench

@@ -14,7 +14,7 @@
 
 namespace nlo::bench {
 
-/// Keeps the fastest repetition of each; nothing is printed but dots.
+/// Keeps the fastest repetition of each benchmark. It only prints dots.
 class FastestReporter : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context&) override { return true; }
@@ -31,7 +31,7 @@ class FastestReporter : public benchmark::BenchmarkReporter {
     std::fputc('.', stderr);
   }
 
-  /// [ns]; 0 when that benchmark did not run.
+  /// Returns the time [ns], or 0 if this benchmark did not run.
   double ns(const std::string& network, const std::string& what) const {
     const auto of_network = fastest_ns_.find(network);
     if (of_network == fastest_ns_.end()) return 0.0;
@@ -50,12 +50,12 @@ class FastestReporter : public benchmark::BenchmarkReporter {
   std::map<std::string, std::map<std::string, double>> fastest_ns_;
 };
 
-/// Ratios of the benchmarks that ran, printed and kept.
+/// Prints and stores the ratios of the benchmarks that ran.
 class Table {
  public:
   Table(const FastestReporter& times, Ratios& ratios) : times_(times), ratios_(ratios) {}
 
-  /// The fastest of `over`, `times` as often, over the time of `under`.
+  /// Adds the ratio of `times` times the fastest of `over` to the time of `under`.
   void add(const std::string& network, const std::vector<std::string>& over, const std::string& under, double target,
            const std::string& name, double times = 1.0) {
     double fastest = 0.0;

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-// The compiler's name for "any vector register".
+// The compiler's constraint for any vector register.
 #if defined(__x86_64__) || defined(__i386__)
 #define NLO_VECTOR_REGISTER "x"
 #elif defined(__aarch64__)
@@ -21,8 +21,9 @@
 
 namespace nlo::bench {
 
-/// Measured peak of one thread [flop/s]: independent chains of multiply-adds on registers, at the vector width this
-/// file is compiled for. Best of several bursts, as other work on the machine only ever slows it down.
+/// Returns the measured peak of one thread [flop/s]: independent chains of multiply-adds on registers, in the vector
+/// width for which this file is compiled. The best of several bursts counts, because other programs only make it
+/// slower.
 template <class Scalar>
 double peak_flops_of_one_thread() {
   using P = simd::Pack<Scalar>;
@@ -50,7 +51,7 @@ double peak_flops_of_one_thread() {
   return best;
 }
 
-/// Peak rate of `threads` threads together.
+/// Returns the peak rate of `threads` threads together.
 template <class Scalar>
 double peak_flops(int threads) {
   std::vector<double> each(static_cast<std::size_t>(threads));

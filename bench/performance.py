@@ -35,7 +35,7 @@ NOT_MODELLED, NO_INT16, NOT_TIMED = "- a", "- b", "- c"
 
 
 def table_rows(file):
-    """The cells of every row of a page's tables."""
+    """Returns the cells of every row of a page's tables."""
     lines = (ROOT / file).read_text().splitlines()
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
 

@@ -14,7 +14,7 @@ namespace nlo::bench {
 template <class Map>
 using SureMap = LearnedMap<decltype(Map::mlp), NoLinearPath, ErrorHead<float, decltype(Map::mlp)::kHidden, 2>>;
 
-/// `map` with a random head whose sigma stays within 1/16 and 4.
+/// Returns `map` with a random head, whose sigma stays between 1/16 and 4.
 template <class Map>
 constexpr SureMap<Map> with_error_head(const Map& map) {
   SureMap<Map> sure{};

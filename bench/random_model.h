@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Observers with random weights, of any size, as constants. The cost of a step does not depend on the learned values.
-// Built like a generated header builds one. Benchmarks time them, the audits of the runtime look into them.
+// They are built like those of a generated header. Benchmarks time them, and the audits of the runtime examine them.
 #pragma once
 
 #include <nlo/kkl_observer.h>
@@ -10,7 +10,7 @@
 
 namespace nlo::bench {
 
-/// Uniform in [-1, 1), the same on every platform (a linear congruential generator, its upper bits).
+/// Uniform in [-1, 1) and the same on every platform: the upper bits of a linear congruential generator.
 struct RandomUniform {
   std::uint32_t state;
 
@@ -20,7 +20,7 @@ struct RandomUniform {
   }
 };
 
-/// Weights uniform in +-sqrt(3 / n_in): activations neither vanish nor saturate.
+/// Weights are uniform in +-sqrt(3 / n_in), so that activations neither vanish nor saturate.
 template <int kIn, int kOut, class Weight = float>
 constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
   float scale = 1.0F;  // sqrt(3 / kIn) by Newton's method: std::sqrt is no constant expression
@@ -34,7 +34,7 @@ constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
   return layer;
 }
 
-/// kIn - kWidth x kDepth - kOut.
+/// A network kIn - kWidth x kDepth - kOut.
 template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut, class Weight = float>
 constexpr auto random_mlp() {
   if constexpr (kDepth == 0) {
@@ -51,7 +51,7 @@ constexpr auto random_mlp() {
 template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut>
 using RandomMap = LearnedMap<decltype(random_mlp<kKind, kIn, kWidth, kDepth, kOut>())>;
 
-/// Observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse
+/// An observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse
 /// map of kDepth hidden layers of kWidth. random_kkl_model<kTanh, 50, 4> has the size of the paper's examples.
 template <Activation kKind, int kWidth, int kDepth, class Weight = float>
 constexpr auto random_kkl_model() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// random_model.h in int16: the same weights, rounded.
+// The models of random_model.h in int16: the same weights, rounded.
 #pragma once
 
 #include <nlo/quantised_map.h>
@@ -13,8 +13,8 @@
 
 namespace nlo::bench {
 
-/// random_dense() with weights times 2^kScale, inputs in Q15, sums shifted down to Q16. The scales below are the
-/// largest for which no sum of these sizes can overflow: sum |w| 2^kScale < 2^16.
+/// Returns random_dense() with weights times 2^kScale, inputs in Q15, and sums shifted down to Q16. The scales below
+/// are the largest for which no sum of these sizes can overflow: sum |w| 2^kScale < 2^16.
 template <int kIn, int kOut, int kScale>
 constexpr auto random_quantised_dense(std::uint32_t seed) {
   const auto nearest = [](float value) { return static_cast<std::int32_t>(value < 0 ? value - 0.5F : value + 0.5F); };
@@ -29,7 +29,7 @@ constexpr auto random_quantised_dense(std::uint32_t seed) {
   return layer;
 }
 
-/// kIn-kWidth x kDepth-kOut, inputs in +-5.
+/// A network kIn-kWidth x kDepth-kOut with inputs in +-5.
 template <Activation kKind, int kWidth, int kDepth, int kIn = 3, int kOut = 2>
 constexpr auto random_quantised_map() {
   constexpr int kScale = kWidth <= 16 ? 13 : 12;
@@ -52,7 +52,7 @@ constexpr auto random_quantised_map() {
   return map;
 }
 
-/// random_kkl_model() around it.
+/// Returns random_kkl_model() with this network.
 template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_quantised_model() {
   const auto single = random_kkl_model<kKind, 1, 1>();
@@ -61,7 +61,7 @@ constexpr auto random_quantised_model() {
       single.sample_period_s, single.stale_after, single.latent, single.outputs, single.domain, kMap};
 }
 
-/// random_gated_model() in int16.
+/// Returns random_gated_model() in int16.
 template <int kUnits, int kDepth = 1, int kNy = 1, int kNx = 2>
 constexpr auto random_quantised_gated_model() {
   constexpr int kIn = kUnits + kNy;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The observers that are not plain KKL, with random weights, as constants: see random_model.h.
+// Observers of the other structures with random weights, as constants: see random_model.h.
 #pragma once
 
 #include <nlo/carried_observer.h>
@@ -13,7 +13,7 @@
 
 namespace nlo::bench {
 
-/// Outputs in +-10, a domain of +-5, 50 Hz, ramps between samples.
+/// Sets outputs in +-10, a domain of +-5, 50 Hz, and ramps between samples.
 template <class Model>
 constexpr void set_sampling(Model& model) {
   model.sample_period_s = 0.02F;
@@ -28,7 +28,7 @@ constexpr void set_sampling(Model& model) {
   }
 }
 
-/// (15) for two states: A - G C = [[-3, 1], [-6, -0.3]], g_hat of kDepth hidden layers of kWidth.
+/// Observer (15) for two states: A - G C = [[-3, 1], [-6, -0.3]], g_hat with kDepth hidden layers of kWidth.
 template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_luenberger_model() {
   using Network = decltype(random_mlp<kKind, 2, kWidth, kDepth, 2>());
@@ -45,7 +45,7 @@ constexpr auto random_luenberger_model() {
   return model;
 }
 
-/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network or the given map.
+/// Observer (11) for two states and n_z = 3: F = -3 z + 2 y plus a network; G is a network or the given map.
 template <Activation kKind, int kWidth, int kDepth, class Map = RandomMap<kKind, 3, kWidth, kDepth, 2>>
 constexpr auto random_general_model(const Map& inverse_map = {random_mlp<kKind, 3, kWidth, kDepth, 2>()}) {
   using Dynamics = decltype(random_mlp<kKind, 4, kWidth, kDepth, 3>());
@@ -99,7 +99,7 @@ struct PendulumEquations {
 template <int kUnits>
 constexpr auto random_prior_model() {
   constexpr Activation kKind = Activation::kTanh;
-  constexpr int kIn = kUnits + 5;  // and the innovation squashed twice, y, two states
+  constexpr int kIn = kUnits + 5;  // plus the innovation at two scales, y, and two states
   using Gates = decltype(make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1)));
   using Candidate = decltype(make_mlp<kKind>(random_dense<kIn, kUnits>(2)));
   using Correction = decltype(make_mlp<kKind>(random_dense<kIn, 7>(3)));
@@ -124,7 +124,7 @@ constexpr auto random_prior_model() {
   return model;
 }
 
-/// Three vectors that a gyroscope carries, of one accelerometer; the estimate is a direction.
+/// Three vectors that a gyroscope rotates, from one accelerometer. The estimate is a direction.
 constexpr auto random_carried_model() {
   CarriedModel<float, 3, 3, 3, 0, false, true> model{};
   set_sampling(model);
@@ -143,7 +143,8 @@ constexpr auto random_carried_model() {
   return model;
 }
 
-/// (24)-(25): random_kkl_model with one input that acts on both states, more on the second the larger the first is.
+/// Observer (24)-(25): random_kkl_model with one input that acts on both states, on the second in proportion to the
+/// first.
 template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_driven_model(Hold input_hold = Hold::kZeroOrder) {
   using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());

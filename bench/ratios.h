@@ -26,8 +26,8 @@ namespace nlo::bench {
 
 class Ratios {
  public:
-  /// Takes `--json FILE` and `--smoke` out of the arguments, so that other readers of the arguments need not know
-  /// them. Without FILE nothing is written. Ends the program (2) when its name is missing.
+  /// Removes `--json FILE` and `--smoke` from the arguments, so that other parsers need not know them. Without FILE
+  /// nothing is written. Ends the program (2) if the name of FILE is missing.
   ///   bench  the program's name; two builds of one source have two names
   Ratios(std::string bench, int& argc, char** argv) : bench_(std::move(bench)) {
     int kept = 1;
@@ -52,16 +52,16 @@ class Ratios {
 
   bool smoke() const { return smoke_; }
 
-  /// A ratio of two measurements of one run, the larger the better: time of the other over time of ours.
-  ///   name    numerator and denominator, the same from run to run
+  /// Adds a ratio of two measurements of one run: the time of the other code over our time, so that larger is better.
+  ///   name    numerator and denominator, the same in each run
   ///   target  least acceptable ratio; 0: none
   void add(const std::string& name, double value, double target = 0.0) {
     ratios_[name] = value;
     if (target > 0.0) targets_[name] = target;
   }
 
-  /// Writes FILE, whole or not at all, and returns the exit code of main: 0, or 1 if it cannot be written or a ratio is
-  /// no positive number.
+  /// Writes FILE atomically. Returns the exit code of main: 0, or 1 if it cannot be written or a ratio is not a
+  /// positive number.
   int write() const {
     for (const auto& [name, value] : ratios_.items()) {
       const double ratio = value.get<double>();

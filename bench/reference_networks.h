@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Straightforward code to compare with: the network of an observer as plain loops, and as products of fixed-size Eigen
+// Straightforward code as a reference: the network of an observer as plain loops, and as products of fixed-size Eigen
 // matrices. Benchmarks run it beside the runtime's kernels on the same weights.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace nlo::bench {
 
-/// The layers of random_mlp(), as written: a tuple of Dense.
+/// The layers of random_mlp() unchanged: a tuple of Dense.
 template <int kIn, int kWidth, int kDepth, int kOut>
 constexpr auto random_layers() {
   return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
@@ -25,7 +25,7 @@ constexpr auto random_layers() {
   (std::make_index_sequence<kDepth - 1>{});
 }
 
-/// Row by row, one multiply-add after the other, std::tanh.
+/// Row by row, with sequential multiply-adds and std::tanh.
 template <Activation kKind, class... Layers>
 class NaiveNetwork {
  public:
@@ -58,7 +58,7 @@ class NaiveNetwork {
   std::tuple<Layers...> layers_;
 };
 
-/// Eigen's fixed-size product and its vectorised tanh; kOrder is how the weights lie.
+/// Eigen's fixed-size product and its vectorised tanh. kOrder is the storage order of the weights.
 template <Activation kKind, int kOrder, class... Layers>
 class EigenNetwork {
  public:

@@ -8,13 +8,13 @@
 
 namespace nlo::bench {
 
-/// One network 3-WxD-2 by each of them: out (2) = net(in), in (3).
+/// The network 3-WxD-2 by each reference: out (2) = net(in), in (3).
 struct References {
   using Evaluate = void (*)(const float* in, float* out);
   Evaluate naive, eigen_rows, eigen_columns;
 };
 
-/// Networks there are: tanh and relu, 50x4, 32x2 and 16x2. Null pointers for others.
+/// Available networks: tanh and relu, 50x4, 32x2 and 16x2. For others, the pointers are null.
 __attribute__((visibility("default"))) References plain_references(Activation kind, int width, int depth);
 __attribute__((visibility("default"))) References fast_math_references(Activation kind, int width, int depth);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An observer of the paper's size in a periodic loop: how late it wakes, how evenly, and how long step + estimate take,
-// tick by tick; beside it the same calls back to back. With SCHED_FIFO and locked memory where that is permitted.
+// Runs an observer of the paper's size in a periodic loop, and measures how late and how evenly it wakes, and how long
+// step + estimate take in each tick. Beside it, the same calls run back to back. Uses SCHED_FIFO and locked memory if
+// permitted.
 //   usage: rt_loop [--rate 1000] [--seconds 10] [--calls 1000000] [--plot rt_loop.svg] [--json FILE] [--smoke]
 #include <nlo/kkl_observer.h>
 #include <sys/resource.h>
@@ -24,7 +25,7 @@ using nlo::bench::Distribution;
 
 constexpr auto kModel = nlo::bench::random_kkl_model<Activation::kTanh, 50, 4>();
 constinit nlo::KklObserver observer{kModel};
-float y = 1.0F;  // depends on the last estimate: nothing of a tick can start before it
+float y = 1.0F;  // depends on the last estimate, so that no part of a tick can start before it
 
 struct Options {
   double rate_hz = 1000.0, seconds = 10.0;

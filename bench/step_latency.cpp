@@ -36,7 +36,7 @@ using nlo::bench::sample_of_fleet;
 using nlo::bench::sample_with;
 using nlo::bench::Table;
 
-// NLO_BENCH_PORTABLE: compiled for any CPU of its kind, and how many times as long observers may take then.
+// NLO_BENCH_PORTABLE: compiled for any CPU of its kind. Its value is how many times longer observers may take then.
 #if defined(NLO_BENCH_PORTABLE)
 constexpr bool kNative = false;
 constexpr double kMayTake = NLO_BENCH_PORTABLE;
@@ -46,15 +46,15 @@ constexpr double kMayTake = 1.0;
 #endif
 constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
 
-/// How long each benchmark runs; with --smoke once.
+/// How long each benchmark runs. With --smoke it runs once.
 struct Effort {
   int repetitions = 7;
-  int cold_in_l2 = 400, cold_in_l3 = 60;  // samples, each after other memory
+  int cold_in_l2 = 400, cold_in_l3 = 60;  // number of samples, each after other memory was read
   // [s]; shorter than the library's half a second: the fastest repetition counts
   const char* min_time = "0.02";
 } effort;
 
-/// Time of two readings of the clock [s].
+/// Returns the time of two readings of the clock [s].
 double clock_time() {
   double fastest = 1.0;
   for (int k = 0; k < 1000; ++k) {
@@ -71,7 +71,7 @@ void add(const std::string& network, const std::string& what, const Sample& samp
   })->Repetitions(effort.repetitions);
 }
 
-/// Each sample after so much other memory.
+/// Times samples, before each of which this much other memory is read.
 void add_cold(const std::string& network, const std::string& what, const Sample& sample) {
   for (const auto& [cache, bytes] : {std::pair{", from L2", kPastL1}, std::pair{", from L3", kPastL2}}) {
     benchmark::RegisterBenchmark((network + "/" + what + cache).c_str(),
@@ -115,7 +115,7 @@ void add_observer(const std::string& network, const std::string& what, const Mod
   if (cold) add_cold(network, what, sample_of<nlo::KklObserver<Model>>(model));
 }
 
-/// The paper's size: everything.
+/// All benchmarks, for the paper's size.
 template <Activation kKind>
 void add_paper_network(const std::string& network) {
   static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, 50, 4>();
@@ -156,7 +156,7 @@ void add_half_weights(const std::string& network, const std::string& what) {
 
 constexpr const char* kGatedNetwork = "32 gated units, 32-32-2 tanh";
 
-/// The other structures with networks of 2 x 16: four evaluations of each per step. And gated units.
+/// The other structures with networks of 2 x 16, each evaluated four times per step, and gated units.
 void add_structures() {
   static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = nlo::bench::random_general_model<Activation::kTanh, 16, 2>();
@@ -186,7 +186,8 @@ void add_reference_ratios(Table& table, const std::string& network, const std::s
   table.add(network, {"naive loops"}, "nlo", 0.0, "naive loops / nlo");
 }
 
-/// Multiply-adds of `plants` networks of the paper's size in `ns`, relative to the peak of this machine's units.
+/// Returns the multiply-adds of `plants` networks of the paper's size in `ns`, relative to the peak of this machine's
+/// units.
 double share_of_peak(int plants, double ns) {
   constexpr double kMultiplyAdds = 3 * 50 + 3 * 50 * 50 + 50 * 2;
   return 2.0 * kMultiplyAdds * plants / (ns * 1e-9) / nlo::bench::peak_flops_of_one_thread<float>();
@@ -200,7 +201,7 @@ void add_paper_ratios(Table& table, const FastestReporter& times, const std::str
   table.add(network, {"nlo, 32 plants"}, "nlo", relu ? 0.0 : 1 / 1.35 / kMayTake, "one plant of 32 / one alone",
             1.0 / kFleet);
   const double fleet_ns = times.ns(network, "nlo, 32 plants");
-  if (kNative && fleet_ns > 0.0) {  // the peak is that of the compiler's vectors
+  if (kNative && fleet_ns > 0.0) {  // the peak holds for the compiler's vectors
     table.add_value(network + ": 32 plants, share of the multiply-add peak", share_of_peak(kFleet, fleet_ns),
                     relu ? 0.9 : 0.75);
   }

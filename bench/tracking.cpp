@@ -14,7 +14,7 @@ namespace nlo::bench {
 
 namespace {
 
-/// The value behind "key : value" in /proc/cpuinfo; empty when there is none.
+/// Returns the value after "key : value" in /proc/cpuinfo; empty if there is none.
 std::string cpu_info(const std::string& key) {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {
@@ -38,7 +38,7 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-/// A string that tells about a build or a machine, "unknown" where it is not there.
+/// Returns a text about a build or a machine, or "unknown" if it is missing.
 std::string word(const Json& object, const char* key) {
   return object.value(key, std::string("unknown"));
 }
@@ -48,7 +48,7 @@ std::string padded(std::string cell, std::size_t width) {
   return cell;
 }
 
-/// In a Markdown cell a bar would end it.
+/// Escapes bars, which would end a cell in Markdown.
 std::string cell(const std::string& name) {
   std::string out;
   for (const char c : name) out += c == '|' ? std::string("\\|") : std::string(1, c);
@@ -59,7 +59,7 @@ std::string cell(const std::string& name) {
 
 Json describe_machine() {
   std::string cpu = cpu_info("model name");
-  // Virtual machines like to hide the model behind a family's name.
+  // Virtual machines often show only the family instead of the model.
   if (!cpu_info("cpu family").empty()) cpu += ", family " + cpu_info("cpu family") + " model " + cpu_info("model");
   utsname system{};
   uname(&system);

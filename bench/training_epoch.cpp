@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Training on the paper's Example 2: 50 trajectories of 2,501 samples, T* of 3-50x4-2 tanh, learned eigenvalues,
-// noise drawn afresh; loss and gradient, then Adam. Full batches, and 4,096 random samples of 32 trajectories per
-// step; and 32 gated units, T* of 32-32-2, on 16 segments of 20 s. Beside them, in the same run, the
-// machine's limit.
+// Times the training of the paper's Example 2: 50 trajectories of 2,501 samples, T* of 3-50x4-2 tanh, learned
+// eigenvalues, new noise in each step; loss and gradient, then Adam. It runs full batches, 4,096 random samples of 32
+// trajectories per step, and 32 gated units with T* of 32-32-2 on 16 segments of 20 s. The limit of the machine is
+// measured in the same run.
 //   usage: training_epoch [EPOCHS] [--json FILE] [--smoke]     (10 unless given; the fastest and the median are shown)
 #include <Eigen/Core>
 #include <algorithm>
@@ -31,7 +31,7 @@ namespace {
 
 using namespace nlo::trainer;
 
-/// Van der Pol (22) from the paper's box, by the paper's RK4.
+/// Returns runs of Van der Pol (22) from the paper's box, by the paper's RK4.
 Dataset van_der_pol_dataset(int trajectories) {
   constexpr double kPeriod_s = 0.02;
   constexpr int kSamples = 2501;
@@ -58,7 +58,7 @@ Dataset van_der_pol_dataset(int trajectories) {
   return dataset;
 }
 
-/// Seconds of a step each, sorted: `bursts` times the mean of `steps` steps.
+/// Returns the seconds of a step, sorted: each of `bursts` values is the mean of `steps` steps.
 std::vector<double> time_steps(const Experiment& experiment, const Dataset& dataset, int threads, int bursts,
                                int steps) {
   const TrainingData data(dataset);
@@ -74,7 +74,7 @@ std::vector<double> time_steps(const Experiment& experiment, const Dataset& data
 
   long done = 0;
   std::vector<double> seconds;
-  for (int burst = -1; burst < bursts; ++burst) {  // the first one touches memory for the first time
+  for (int burst = -1; burst < bursts; ++burst) {  // the first burst touches the memory for the first time
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < steps; ++i, ++done) {
       objective.evaluate(parameters.data(), done, gradient.data());
@@ -90,17 +90,17 @@ std::vector<double> time_steps(const Experiment& experiment, const Dataset& data
 struct Workload {
   const char* name;  ///< in the results
   TrainingMode config;
-  double samples;  ///< per step
+  double samples;  ///< number per step
   int steps_per_burst;
-  double reported_steps;  ///< the table's times are of so many
-  double limit_share;     ///< asked of limit / ours on one core; 0: nothing
+  double reported_steps;  ///< number of steps whose time the table shows
+  double limit_share;     ///< required limit / ours on one core; 0: none
 };
 
-/// Seconds of one core per sample, each by itself a bound or a rival for the network's share of a step.
+/// Seconds of one core per sample. Each is a bound or a reference for the network's share of a step.
 struct Limits {
-  double peak;   ///< every multiply-add at the measured peak, and tanh: no code does better on this machine
+  double peak;   ///< multiply-adds at the measured peak, plus tanh: no code is faster on this machine
   double eigen;  ///< the products by Eigen, and tanh
-  double own;    ///< the trainer's passes over one block that is in cache
+  double own;    ///< the trainer's passes over one block in the cache
 };
 
 /// Limits of T* and of the network of gated units, each with tanh.

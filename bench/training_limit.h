@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The least time of forward and backward passes of a network on one core: their products and the tanh of the hidden
-// values, on blocks that stay in cache, without loss, noise, filter or optimiser. With the peak of machine_peak.h it
-// is the reference of training_epoch.
+// values, on blocks that stay in cache, without loss, noise, filter or optimiser. Together with the peak of
+// machine_peak.h, training_epoch compares with it.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -17,11 +17,11 @@
 
 namespace nlo::bench {
 
-/// Products of each layer: one forward and two backward, the first layer's input gradient among them, as learned
-/// eigenvalues need it.
+/// Products of each layer: one forward and two backward, including the gradient of the first layer's inputs, which
+/// learned eigenvalues need.
 inline constexpr int kPasses = 3;
 
-/// Seconds of one call, the fastest of many bursts: other work on the machine only ever slows it down.
+/// Returns the seconds of one call: the fastest of many bursts, because other programs only make it slower.
 template <class Call>
 double fastest_seconds(const Call& call, int calls_per_burst, int bursts) {
   call();
@@ -35,8 +35,9 @@ double fastest_seconds(const Call& call, int calls_per_burst, int bursts) {
   return best;
 }
 
-/// Seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the weights' gradient and
-/// W^T dv for the layer below. kOrder is how a block lies: a sample's values side by side (ColMajor), or a neuron's.
+/// Returns the seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the gradient
+/// of the weights, and W^T dv for the layer below. kOrder is the order of a block: values of a sample are adjacent
+/// (ColMajor), or those of a neuron.
 template <int kOrder>
 double eigen_products(const trainer::NetworkShape& shape, int block, int bursts) {
   using Block = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, kOrder>;
@@ -57,7 +58,7 @@ double eigen_products(const trainer::NetworkShape& shape, int block, int bursts)
   return seconds;
 }
 
-/// Seconds of one tanh as training computes it, over values in the first-level cache.
+/// Returns the seconds of one tanh of the training, over values in the first-level cache.
 inline double tanh_seconds(int bursts) {
   constexpr int kCount = 2048;
   using P = simd::Pack<float>;
@@ -70,7 +71,8 @@ inline double tanh_seconds(int bursts) {
   return fastest_seconds(all, 200, bursts) / kCount;
 }
 
-/// Seconds per sample of the trainer's own passes, again and again over one block: tanh and its slope included.
+/// Returns the seconds per sample of the trainer's own passes over one block again and again, including tanh and its
+/// slope.
 inline double own_passes(const trainer::NetworkShape& shape, int bursts) {
   trainer::WideBlock block(shape);
   std::vector<float> parameters(static_cast<std::size_t>(shape.parameters), 0.02F), transposed = parameters;
@@ -83,14 +85,14 @@ inline double own_passes(const trainer::NetworkShape& shape, int bursts) {
   return fastest_seconds(passes, 20, bursts) / trainer::kBlock;
 }
 
-/// Seconds per sample.
+/// Times in seconds per sample.
 struct TrainingLimit {
-  double eigen_products;  ///< by the better layout and the best of several widths of a block
+  double eigen_products;  ///< with the better layout and the best of several widths of a block
   double tanh;            ///< time of all hidden values of a sample
   double own_passes;
 };
 
-///   bursts  of each of them: the fastest counts
+///   bursts  number of bursts for each; the fastest counts
 inline TrainingLimit training_limit(const trainer::NetworkShape& shape, int bursts) {
   TrainingLimit limit{.eigen_products = 1e9, .tanh = 0.0, .own_passes = own_passes(shape, bursts)};
   for (const int block : {64, 128, 256, 512, 1024}) {

@@ -12,7 +12,7 @@ inline void write(const char* text) {
   board_write(text);
 }
 
-/// `value` in base 10 or 16, at least `digits` of them.
+/// Writes `value` in base 10 or 16, with at least `digits` digits.
 inline void write(std::uint32_t value, std::uint32_t base = 10, int digits = 1) {
   char text[11];
   char* at = text + sizeof(text) - 1;
@@ -21,7 +21,7 @@ inline void write(std::uint32_t value, std::uint32_t base = 10, int digits = 1) 
   write(at);
 }
 
-/// With three decimals, for |value| < 2e6.
+/// Writes three decimals, for |value| < 2e6.
 inline void write(float value) {
   if (value < 0) write("-");
   const auto thousandths = static_cast<std::uint32_t>((value < 0 ? -value : value) * 1000.0F + 0.5F);

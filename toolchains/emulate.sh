@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Runs an image on an emulated board until it ends. What it says comes out as qemu's errors.
+# Runs an image on an emulated board until it ends. Its output is printed on stderr, by qemu.
 #   usage: emulate.sh BOARD IMAGE [QEMU_OPTION...]
 #   -icount shift=0,sleep=off lets one instruction take 1 ns of the board's time: every run is the same.
 set -eu

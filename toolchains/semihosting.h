@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The two things a program on an emulated board wants from its host: a line of text, and an end. */
+/* Lets a program on an emulated board print a line of text on its host, and end the emulator. */
 #ifndef NLO_SEMIHOSTING_H
 #define NLO_SEMIHOSTING_H
 
@@ -13,7 +13,7 @@ void board_write(const char* text);
 /* Ends the emulator: exit status 0 for 0, else 1. */
 void board_exit(int status) __attribute__((noreturn));
 
-/* Every exception without a handler of its own: says so and ends the emulator. */
+/* Handles every exception that has no own handler: reports it and ends the emulator. */
 void Fault_Handler(void);
 
 #ifdef __cplusplus

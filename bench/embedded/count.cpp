@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Counts the instructions of one step and estimate on an emulated board, and the stack that they touch. table.sh prints
+// Counts the instructions of one step and estimate on an emulated board, and the stack that they use. table.sh prints
 // the table.
 #include <cstdint>
 
@@ -9,7 +9,8 @@
 
 namespace {
 
-/// Bytes below the caller's frame that a call writes: painted before, looked at after.
+/// Returns the number of bytes below the caller's frame that a call writes: fills them before and compares after the
+/// call.
 __attribute__((noinline)) std::uint32_t stack_of_a_call() {
   constexpr int kPainted = 600;  // words
   constexpr std::uint32_t kPaint = 0xa5a5a5a5U;
@@ -38,7 +39,7 @@ int main() {
   using nlo::bench::ticks;
   const nlo::bench::InstructionClock clock;
   constexpr int kCalls = 50;
-  step_and_estimate();  // the first one only starts the observer
+  step_and_estimate();  // the first step only starts the observer
 
   const std::uint32_t counted = ticks(step_and_estimate, kCalls) - ticks(nlo::bench::nothing, kCalls);
   write("instructions ", clock.instructions(counted, kCalls));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The observer that a program of this folder flies, chosen by macros: see CMakeLists.txt. With NLO_HEADER, an exported
-// one, and NLO_MODEL, its namespace.
+// The observer that a program of this folder runs. Macros choose it, see CMakeLists.txt. NLO_HEADER and NLO_MODEL are
+// the header and the namespace of an exported observer.
 #pragma once
 
 #include <type_traits>
@@ -62,7 +62,7 @@ constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth
 #endif
 using Observer = nlo::SampledObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
 
-/// A template, so that the branch that does not fit the observer is not compiled.
+/// It is a template, so that the branch that does not fit the observer is not compiled.
 template <class Called, class... Dt>
 nlo::StepStatus step(Called& one, const typename Called::Output& y, const typename Called::Input& u, Dt... dt_s) {
   if constexpr (Called::kDriven) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step and estimate of an observer with the paper's network, or of another structure, for count.cpp to count and
-// for idle.cpp to be the size of. What flies is chosen by macros, see CMakeLists.txt.
+// One step and estimate of an observer with the paper's network, or of another structure. count.cpp counts its
+// instructions, and idle.cpp has its size measured. Macros choose the observer, see CMakeLists.txt.
 #include "bench/embedded/fly.h"
 
 #include "bench/embedded/flown_model.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The observer that the programs of this folder fly.
+// The observer that the programs of this folder run.
 #pragma once
 
-// C linkage gives them names that the analysis of the stack finds.
+// C linkage gives the functions the names that the analysis of the stack expects.
 extern "C" {
 void step_and_estimate();
 extern float x_hat[2];

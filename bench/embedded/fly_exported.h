@@ -3,7 +3,7 @@
 // a step can be measured.
 #pragma once
 
-// C linkage gives the names that the analysis of the stack finds.
+// C linkage gives the names that the analysis of the stack expects.
 extern "C" {
 /// Sizes of an exported observer.
 struct FlownObserver {
@@ -12,7 +12,7 @@ struct FlownObserver {
 };
 extern const FlownObserver flown;
 
-/// A step by dt_s, 0 standing for the sample period, and an estimate into x_hat; the step's status.
+/// Steps by dt_s (0: the sample period), writes an estimate into x_hat, and returns the status of the step.
 int step_and_estimate(float dt_s, const float* y, const float* u, float* x_hat);
 bool in_domain();
 }

@@ -58,7 +58,7 @@ int main() {
     if (in_domain() == (*domain > 0.5F)) ++domain_agrees;
     for (int i = 0; i < flown.states; ++i) {
       const float difference = std::fabs(x_hat[i] - expected[i]);
-      if (!(difference <= apart[i])) apart[i] = difference;  // not a number stays
+      if (!(difference <= apart[i])) apart[i] = difference;  // keeps NaN
       squares[i] += static_cast<double>(expected[i]) * static_cast<double>(expected[i]);
     }
   }

@@ -4,7 +4,7 @@
 #   source  folder of this repository
 #   build   folder of the cross build
 
-# build_observers CMAKE NLO MODEL...: fly_NAME.elf and idle_NAME.elf of each NAME.json.
+# build_observers CMAKE NLO MODEL... builds fly_NAME.elf and idle_NAME.elf for each NAME.json.
 build_observers() {
   cmake=$1 nlo=$2
   shift 2
@@ -19,8 +19,8 @@ build_observers() {
     "$cmake" --build "$build" --target $targets; } >"$build.log" 2>&1 || { cat "$build.log" >&2; return 1; }
 }
 
-# fly NAME CSV: over what `nlo evaluate --estimates` wrote. Prints what fly_log.cpp says, without the words, and at the
-# end the largest "apart" of all states:
+# fly NAME CSV runs the observer over the inputs that `nlo evaluate --estimates` wrote. Prints the numbers of
+# fly_log.cpp without the words, and the largest "apart" of all states at the end:
 #   samples ok domain instructions most period observer apart
 fly() {
   mkdir -p "$build/flight_$1" && cp "$2" "$build/flight_$1/flight.csv"

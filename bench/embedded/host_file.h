@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads a text file of the machine that emulates the board, by semihosting: numbers between commas, line by line.
+// Reads a text file of the machine that emulates the board, by semihosting: numbers separated by commas, line by line.
 #pragma once
 
 #include <cstdlib>
@@ -20,14 +20,15 @@ class HostFile {
 
   bool is_open() const { return file_ >= 0; }
 
-  /// Goes behind the end of the line; false when the file ends before.
+  /// Skips the rest of the line. Returns false if the file ends before the line.
   bool skip_line() {
     int c = next();
     while (c != '\n' && c != kEnd) c = next();
     return c == '\n';
   }
 
-  /// The numbers of the next line, at most `most`; their count, 0 at the end of the file. What is no number is -1.
+  /// Reads at most `most` numbers of the next line and returns their count, 0 at the end of the file. Other text
+  /// becomes -1.
   int read_line(float* numbers, int most) {
     char field[32];
     int length = 0, count = 0;
@@ -51,7 +52,7 @@ class HostFile {
  private:
   static constexpr int kOpen = 1, kRead = 6, kEnd = -1;
 
-  /// The breakpoint that the emulator answers: operation in r0, its argument in r1.
+  /// Executes the breakpoint that the emulator handles: operation in r0, its argument in r1.
   static int call(int operation, const void* argument) {
     register int r0 __asm__("r0") = operation;
     register const void* r1 __asm__("r1") = argument;
@@ -66,7 +67,8 @@ class HostFile {
         char* buffer;
         int size;
       } request = {file_, buffer_, static_cast<int>(sizeof(buffer_))};
-      size_ = static_cast<int>(sizeof(buffer_)) - call(kRead, &request);  // it says how many are missing
+      // The call returns the number of missing bytes.
+      size_ = static_cast<int>(sizeof(buffer_)) - call(kRead, &request);
       at_ = 0;
       if (size_ <= 0) return size_ = 0, kEnd;
     }

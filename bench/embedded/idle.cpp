@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A program that does nothing but fly, for its size.
+// A program that only runs an observer, to measure its size.
 #include "bench/embedded/fly.h"
 
 int main() {

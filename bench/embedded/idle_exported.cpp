@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A program that does nothing but fly an exported observer at its sample period, for its size. Compiled as
-// fly_exported.cpp is.
+// A program that only runs an exported observer at its sample period, to measure its size. It is compiled like
+// fly_exported.cpp.
 #include NLO_HEADER
 
 namespace {

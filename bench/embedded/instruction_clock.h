@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Counts instructions on an emulated board: the emulator lets each take 1 ns of the board's time (-icount shift=0), so
-// SysTick counts them, 40 per tick at 25 MHz, and RISC-V's minstret counts each. How many it is here is calibrated
-// against code of known length.
+// Counts instructions on an emulated board. Each instruction takes 1 ns of the board's time (-icount shift=0), so
+// SysTick counts 40 of them per tick at 25 MHz, and minstret of RISC-V counts each one. The number per tick is
+// calibrated with code of known length.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ inline std::uint32_t count_now() {
 }
 inline void start_counting() {}
 
-/// Ticks since `start`, a former count_now().
+/// Returns the ticks since `start`, an earlier count_now().
 inline std::uint32_t ticks_since(std::uint32_t start) {
   return count_now() - start;
 }
@@ -37,13 +37,13 @@ inline void start_counting() {
   systick().control = 5;  // core clock, no interrupt
 }
 
-/// Ticks since `start`, a former count_now(); it counts down, and 24 bits of it.
+/// Returns the ticks since `start`, an earlier count_now(). The counter counts down and has 24 bits.
 inline std::uint32_t ticks_since(std::uint32_t start) {
   return (start - count_now()) & 0xffffffU;
 }
 #endif
 
-/// Ticks that `calls` calls take.
+/// Returns the ticks of `calls` calls.
 template <class Function>
 __attribute__((noinline)) std::uint32_t ticks(Function function, int calls) {
   const std::uint32_t start = count_now();
@@ -61,7 +61,7 @@ __attribute__((noinline)) inline void two_hundred() {
   __asm__ volatile(".rept 200\nnop\n.endr");
 }
 
-/// Starts to count and determines the length of a tick.
+/// Starts counting and determines the length of a tick.
 class InstructionClock {
  public:
   InstructionClock() {
@@ -70,18 +70,18 @@ class InstructionClock {
     half_ = ticks(one_hundred, kCalls) - ticks(nothing, kCalls);
   }
 
-  /// Instructions per call of so many ticks for so many calls.
+  /// Returns the instructions per call, for a number of ticks and of calls.
   std::uint32_t instructions(std::uint64_t counted, std::uint32_t calls) const {
     const std::uint64_t all = std::uint64_t{known_} * calls;
     return static_cast<std::uint32_t>((counted * (200 * kCalls) + all / 2) / all);
   }
 
-  /// The control: half the code takes half the ticks, or the counter does not count instructions.
+  /// Returns true if half the code takes half the ticks, which shows that the counter counts instructions.
   bool counts() const { return known_ > 1000 && 2 * half_ <= known_ + 4 && known_ <= 2 * half_ + 4; }
 
  private:
   static constexpr int kCalls = 10'000;
-  std::uint32_t known_, half_;  ///< ticks of kCalls times two hundred instructions, and of half as many
+  std::uint32_t known_, half_;  ///< ticks of kCalls times two hundred instructions, and of half of them
 };
 
 }  // namespace nlo::bench

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Straightforward code for a microcontroller, to compare with: the network as plain loops, and as products of
-// fixed-size Eigen matrices. Weights stay in flash, as written; reference_networks.h copies them.
+// Straightforward code for a microcontroller as a reference: the network as plain loops, and as products of fixed-size
+// Eigen matrices. The weights stay in flash unchanged; reference_networks.h copies them.
 #pragma once
 
 #include <nlo/mlp.h>

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Source this file in scripts that link programs and need the stack of their calls.
 
-# Deepest path of the call graph below step_and_estimate [bytes], from GCC's .ci file. Calls that it cannot follow
-# (libm, libgcc) count as nothing: the painted stack has them.
+# Prints the deepest path of the call graph below step_and_estimate [bytes], from GCC's .ci file. Calls that it cannot
+# follow (libm, libgcc) count as 0. The measured stack includes them.
 stack_bound() {
   awk -F'"' '
     /^node:/ { if (match($4, /[0-9]+ bytes/)) size[$2] = substr($4, RSTART, RLENGTH) + 0 }

@@ -53,7 +53,7 @@ row() {
     m55,*_relu | m55,*_tanh) stack_limit=544 ;; # registers to save for its loops
     m0plus,int16_*) flash_limit=21 ;;
   esac
-  if [[ $core == rv64* ]]; then # pointers and saved registers of 64 bits
+  if [[ $core == rv64* ]]; then  # pointers and saved registers have 64 bits
     size=riscv64-linux-gnu-size ram_limit=$((ram_limit + 8)) stack_limit=$((stack_limit + 128))
   fi
   image=$folder/count_$variant.elf
@@ -80,7 +80,7 @@ row() {
     esac
     return
   fi
-  case $core,$variant in # four multiply-adds an instruction
+  case $core,$variant in  # four multiply-adds in an instruction
     m55,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.8 ;;
     m55,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 1.15 ;;
     m55,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.9 ;;
@@ -88,7 +88,7 @@ row() {
     rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 of them
     rv64v,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 0.4 ;;
     rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;;
-    rv64,*) return ;; # to compare with
+    rv64,*) return ;;  # only a reference
   esac
   case $variant in
     gru_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.35 ;;
@@ -103,7 +103,7 @@ row() {
   esac
 }
 
-# page_of CORE VARIANT: where its row stands.
+# page_of CORE VARIANT prints the page that has its row.
 page_of() {
   case $1,$2 in
     rv64*) echo "$here/riscv/README.md" ;;
@@ -131,10 +131,10 @@ for page in "${!tables[@]}"; do
     write_table '<!-- table -->' '<!-- end of table -->' "$table" "$page"
     continue
   fi
-  table=${table//| M7 |/| M4F |} # they take what the M4F takes
+  table=${table//| M7 |/| M4F |}  # these cores take as many instructions as the M4F
   table=${table//| M33 |/| M4F |}
   compare_table '<!-- table -->' '<!-- end of table -->' "$table" "$page" || failed=1
-  # The control: a first number that is another.
+  # The control: the comparison must fail if the first number is different.
   if compare_table '<!-- table -->' '<!-- end of table -->' "$(sed -E '3s/\| [0-9]+ \|/| 9 |/' <<<"$table")" \
     "$page" 2>/dev/null; then
     echo 'FAILED: the control: a changed figure is not seen' >&2 && failed=1

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # shellcheck shell=sh
-# For scripts that make a table of a page: source it.
+# Source this file in scripts that write a table into a page.
 
-# write_table BEGIN END TABLE FILE: the lines between the lines BEGIN and END of FILE become TABLE.
+# write_table BEGIN END TABLE FILE replaces the lines between the lines BEGIN and END of FILE by TABLE.
 write_table() {
   awk -v begin="$1" -v end="$2" -v table="$3" '
     $0 == begin { print; print ""; print table; print ""; skip = found = 1 }
@@ -12,9 +12,9 @@ write_table() {
   mv "$4.new" "$4"
 }
 
-# compare_table BEGIN END TABLE FILE: each row of TABLE is a row between the lines BEGIN and END of FILE, and no number of
-# it has changed by more than 5 %, for the better or for the worse: recorded figures stay true. A row is known by its cells
-# that are not numbers. Prints what has changed, and fails then.
+# compare_table BEGIN END TABLE FILE checks recorded figures: each row of TABLE must be between the lines BEGIN and END
+# of FILE, and each number must be within 5 % of the recorded one, on both sides. Rows are matched by their cells
+# without numbers. Prints the differences and fails if there are any.
 compare_table() {
   awk -v begin="$1" -v end="$2" -v table="$3" -v file="$4" '
     function number(cell) { return cell ~ /^-?[0-9]+(\.[0-9]+)?$/ }

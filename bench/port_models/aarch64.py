@@ -34,7 +34,7 @@ class AArch64(Core):
         offset = match["offset"] if match["offset"] and match["offset"].isdigit() else None
         after = line[match.end():]
         text = line[:match.start()] + f"[{register}{f', {offset}' if offset and not match['before'] else ''}]"
-        if match["before"] or after.strip():  # and the base moves on
+        if match["before"] or after.strip():  # and the base register changes
             moved = match["offset"] if match["before"] else after.lstrip(", ")
             text += f"\nadd\t{match['base']}, {match['base']}, {moved}"
         return text
@@ -61,7 +61,7 @@ class AArch64(Core):
         self.registers["x" + operand[1:] if operand[0] == "w" else operand] = None if value is None else value & bits
 
     def shifted(self, ops):
-        """The last operand, behind which "lsl 2" and the like may stand."""
+        """Returns the value of the last operand, which may be followed by "lsl 2" and the like."""
         match = re.fullmatch(r"(lsl|sxtw|uxtw)\s*#?(\d+)?", ops[-1])
         if not match:
             return self.value(ops[-1])
@@ -95,7 +95,7 @@ class AArch64(Core):
     def integer(self, mnemonic, ops):
         if mnemonic == "adrp":
             return self.put(ops[0], self.symbol(ops[1]) >> 24 << 24)
-        if mnemonic == "ccmp":  # the numbers are n z c v
+        if mnemonic == "ccmp":  # the numbers are the flags n z c v
             if self.holds(CONDITIONS[ops[3]]):
                 return self.integer("cmp", ops[:2])
             self.flags = {0: (0, 1), 2: (1, 0), 4: (0, 0), 8: (0, 1)}[int(ops[2])]
@@ -124,7 +124,7 @@ class AArch64(Core):
         elif at + 1 < len(ops):
             self.put(match["base"], where + self.value(ops[at + 1]))
         vector = VECTOR.match(ops[0])
-        if not vector:  # integers: what the caller's frame holds
+        if not vector:  # integers in the frame of the caller
             size = 8
             for n, register in enumerate(ops[:at]):
                 if mnemonic.startswith("st"):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The kernels whose cycles port_models.py counts, one function each: networks of the paper's size and small ones, a
-// step of gated units, one block of a batch. Compiled as an observer's user compiles them, never run.
+// step of gated units, one block of a batch. They are compiled like in a user's program and never run.
 #include <nlo/gate.h>
 #include <nlo/mlp_batch.h>
 
@@ -19,7 +19,7 @@ constexpr int kBlock = nlo::kernels::kBatchBlock<float, NLO_NATIVE_BYTES>;
 
 }  // namespace
 
-// in: z; out: x_hat. Of a batch [value][plant].
+// in: z; out: x_hat. For a batch they are [value][plant].
 #define NLO_PORT_MODEL(NAME, KIND, WIDTH, DEPTH)                                   \
   extern "C" void NAME(const float* in, float* out);                               \
   extern "C" void NAME(const float* in, float* out) {                              \
@@ -39,7 +39,7 @@ NLO_PORT_MODEL(tanh_32x2, kTanh, 32, 2)
 NLO_PORT_MODEL_BATCH(relu_batch, kRelu)
 NLO_PORT_MODEL_BATCH(tanh_batch, kTanh)
 
-// One sample period: in = [z; y], padded; the step changes z.
+// One sample period: in = [z; y] with padding; the step changes z.
 extern "C" void gated_32(float* in, float* gate, float* target, float (&z)[32]);
 extern "C" void gated_32(float* in, float* gate, float* target, float (&z)[32]) {
   nlo::kernels::gated_step<Arithmetic::kFast, true>(kGated.gates.mlp.layer, kGated.candidate.mlp.layer, in, gate,

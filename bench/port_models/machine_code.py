@@ -5,9 +5,9 @@ llvm-mca reads a list of instructions and follows no jump. Therefore this module
 addresses need it: it computes integers. Vectors, the caller's data and the results of unknown instructions are None. A
 jump or an address that depends on None is an error.
 
-llvm-mca does not see that a load reads a value that was stored before, and would run the layers of a network side by side.
-trace() expresses this by a register: after such a store the value moves to a general register, and the load uses this
-register as its address. The cost of this move stands for the time of the value's way through memory.
+llvm-mca does not see that a load reads a value that was stored before, and would run the layers of a network in parallel.
+trace() expresses this dependence by a register: after such a store the value moves to a general register, and the load uses
+this register as its address. The time of this move represents that of the way through memory.
 """
 import re
 
@@ -16,7 +16,7 @@ MOST = 500000  # instructions of one call
 
 
 class Unknown(Exception):
-    """Raised for an instruction that the emulator needs and does not know."""
+    """Raised for a necessary instruction that the emulator does not know."""
 
 
 def operands(text):
@@ -31,7 +31,7 @@ def operands(text):
 
 
 def instructions(assembly):
-    """(instructions as (mnemonic, operands), {label: index}) of a file."""
+    """Returns (instructions as (mnemonic, operands), {label: index}) of a file."""
     code, labels = [], {}
     for line in assembly.split("\n"):
         line = re.sub(r"^\s*#.*|//.*", "", line).strip()
@@ -44,20 +44,20 @@ def instructions(assembly):
 
 
 class Core:
-    """What both architectures share: registers, memory of integers, symbols at addresses of their own."""
+    """The common part of both architectures: registers, memory of integers, and symbols with an address each."""
 
     def __init__(self):
         self.registers, self.memory, self.symbols, self.flags = {}, {}, {}, (0, 0)
 
     def symbol(self, name):
-        """The address of "name", "name+8" or "8+name"."""
+        """Returns the address of "name", "name+8" or "8+name"."""
         parts = name.lstrip("#:").removeprefix("lo12:").split("+")
         base = next(part for part in parts if not re.fullmatch(r"-?\d+", part))
         return self.symbols.setdefault(base, (len(self.symbols) + 16) << 24) + sum(int(p) for p in parts if p != base)
 
     @staticmethod
     def fused(_):
-        """Whether an instruction is one with the jump behind it."""
+        """Returns true if an instruction is fused with the following jump."""
         return False
 
     def signed(self, value, bits=64):
@@ -65,7 +65,7 @@ class Core:
         return value - (1 << bits) if value >> (bits - 1) else value
 
     def holds(self, condition):
-        """Whether a comparison of the two in `flags` came out like that."""
+        """Returns true if the comparison of the two values in `flags` has this result."""
         if self.flags is None or None in self.flags:
             raise Unknown("a jump that the caller's data decide")
         a, b = self.flags
@@ -75,7 +75,7 @@ class Core:
 
 
 def run(core, code, labels, name):
-    """The instructions of one call: [(text, loaded range or None, stored range or None, stored register)]"""
+    """Returns the instructions of one call: [(text, loaded range or None, stored range or None, stored register)]"""
     if name not in labels:
         raise Unknown(f"there is no function {name}")
     at, returns, done = labels[name], [], []
@@ -101,8 +101,8 @@ def run(core, code, labels, name):
 
 
 def trace(core, assembly, name, waits=True):
-    """One call of a function of instructions() as text for llvm-mca, where it `waits` with the ways through memory as
-    registers."""
+    """Returns one call of a function of instructions() as text for llvm-mca. With `waits`, registers represent the ways
+    through memory."""
     done = run(core, *assembly, name)
     text = "\n".join(line for line, *_ in done)
     if not waits:

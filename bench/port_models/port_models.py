@@ -50,7 +50,7 @@ def said(command, **options):
 
 
 def compiled(name, core, also, work):
-    """The assembly of kernels.cpp for that core."""
+    """Returns the assembly of kernels.cpp for this core."""
     target = work / f"{name}.s"
     said([core["compiler"], "-std=c++20", "-O3", "-DNDEBUG", *core["flags"], *also, f"-I{ROOT}", f"-I{ROOT}/runtime/include",
           "-S", HERE / "kernels.cpp", "-o", target], env=os.environ | {"LC_ALL": "C"})
@@ -58,7 +58,7 @@ def compiled(name, core, also, work):
 
 
 def count(core, assembly, kernel, path, waits):
-    """(cycles of one call, cycles that its busiest ports need)."""
+    """Returns (cycles of one call, cycles of its busiest ports)."""
     arm = core["compiler"].startswith("aarch64")
     text = machine_code.trace(aarch64.AArch64() if arm else x86.X86(), assembly, kernel, waits)
     text = text if arm else x86.loads_apart(text)
@@ -74,13 +74,13 @@ def count(core, assembly, kernel, path, waits):
 
 
 def row(core, kernel, cycles, ports):
-    """What is said of a kernel on a core: cycles per multiply-add, what binds it and how much of that is reached, and the
-    share of what the products and the loads of the weights alone would take."""
+    """Describes a kernel on a core: cycles per multiply-add, its limit and the share of it that is reached, and the share
+    of the time that the products and the loads of the weights alone would take."""
     lanes = core["bytes"] // 4
     plants = 2 * lanes if kernel.get("batch") else 1
     count = kernel["multiply_adds"] * plants
     needed = {"products": count / (lanes * core["multiply_adds"])}
-    if not kernel.get("batch"):  # whose weights are loaded once for all plants
+    if not kernel.get("batch"):  # a batch loads its weights once for all plants
         needed["loads"] = count / (lanes * core["loads"])
     least = max(needed.values())
     binding = max(least, ports)
@@ -99,7 +99,7 @@ def rows_of(name, table, also, work):
 
 
 def markdown(table, counted):
-    """A row per core, a column per kernel: cycles per multiply-add, shares of the limit and of the products alone."""
+    """Returns a row per core and a column per kernel: cycles per multiply-add, shares of the limit and of the products."""
     kernels = table["kernels"]
     lines = ["| core | " + " | ".join(kernel["says"] for kernel in kernels.values()) + " |", "|---" * (len(kernels) + 1) + "|"]
     for name, rows in counted.items():
@@ -117,7 +117,7 @@ def versions(cores):
 
 
 def differences(now, before):
-    """What has changed by more than TOLERANCE, and gates that are lost."""
+    """Returns the figures that have changed by more than TOLERANCE, and the goals that are missed."""
     for name, rows in now.items():
         for kernel, new in rows.items():
             old = before.get(name, {}).get(kernel)

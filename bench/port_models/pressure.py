@@ -8,7 +8,7 @@ import collections
 import itertools
 import re
 
-SEEN = 8  # of an instruction, until it is known which ports it goes to
+SEEN = 8  # occurrences of an instruction that show its ports
 
 
 def least_cycles(said):

@@ -37,7 +37,7 @@ def loads_apart(text):
 
 
 def long_name(register):
-    """The 64-bit register that %eax, %r8d, ... are a part of; None of vectors."""
+    """Returns the 64-bit register to which %eax, %r8d, ... belong; None for vectors."""
     name = register.lstrip("%")
     if name in GENERAL or name == "rsp":
         return name
@@ -115,7 +115,7 @@ class X86(Core):
             self.memory[self.address(operand)] = value
 
     def jump(self, mnemonic, ops):
-        """The label that is jumped to, "" where the jump is not taken, None where it is none."""
+        """Returns the label of a jump, "" if the jump is not taken, or None if it is no jump."""
         if mnemonic == "jmp":
             return ops[0]
         if mnemonic.startswith("j"):

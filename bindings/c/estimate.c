@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * The shortest program with libnlo-model: readings of a model's outputs (then of its inputs) on stdin, one sample in a
- * line, estimates on stdout.   usage: estimate MODEL.json <readings >estimates
+ * The shortest program with libnlo-model. It reads a model's outputs (then its inputs) from stdin, one sample per line,
+ * and writes estimates to stdout.   usage: estimate MODEL.json <readings >estimates
  *   cc -std=c99 estimate.c $(pkg-config --cflags --libs nlo-model) -o estimate
  */
 #include <nlo_model.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Reads `count` numbers; "nan" is one that is missing. Returns 0 at the end of the file. */
+/* Reads `count` numbers; "nan" is a missing number. Returns 0 at the end of the file. */
 static int read_numbers(double* to, int count) {
   int i;
   for (i = 0; i < count; ++i)

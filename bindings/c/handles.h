@@ -35,10 +35,11 @@ struct NotKnown : codegen::Error {
   using Error::Error;
 };
 
-/// For nlo_last_error(); returns `code`.
+/// Stores an error for nlo_last_error() and returns `code`.
 int keep(int code, const char* text) noexcept;
 
-/// Runs `work` and turns an exception into a code and a text. `code_of_error`: the code of an Error without its own.
+/// Runs `work`. If it throws, stores the text and returns a code. `code_of_error`: the code of an Error without its
+/// own.
 template <class Work>
 int guarded(int code_of_error, Work&& work) noexcept {
   try {
@@ -83,20 +84,20 @@ struct Loaded {
 
   explicit Loaded(Model read);
 
-  /// Null where there is no such kind.
+  /// Returns null if there is no such kind.
   const std::vector<codegen::Channel>* channels(int kind) const;
 
-  /// The outputs y of samples with room for those that are computed, n_y x N.
+  /// Returns the outputs y of samples and rows for the computed outputs, n_y x N.
   MatrixXd with_computed(const double* y, Eigen::Index samples) const;
 
-  /// n_u x N; 0 x N where there are none.
+  /// Returns the inputs, n_u x N; 0 x N if there are none.
   MatrixXd given_inputs(const double* u, Eigen::Index samples) const;
 };
 
 using AnyObserver = std::variant<codegen::ReferenceObserver<float>, codegen::ReferenceObserver<double>>;
 AnyObserver observer_of(const Model& model, int precision);
 
-/// Throws BadArgument where that many samples cannot be.
+/// Throws BadArgument if there cannot be so many samples.
 Eigen::Index columns(std::size_t count);
 
 }  // namespace nlo::c_interface
@@ -109,7 +110,7 @@ struct nlo_observer {
   std::shared_ptr<const nlo::c_interface::Loaded> loaded;
   int precision;
   nlo::c_interface::AnyObserver any;
-  std::unique_ptr<nlo::c_interface::StepMemory> memory;  ///< null: it is just being made
+  std::unique_ptr<nlo::c_interface::StepMemory> memory;  ///< null while it is being made
 
   nlo_observer(std::shared_ptr<const nlo::c_interface::Loaded> of, int wanted)
       : loaded(std::move(of)), precision(wanted), any(nlo::c_interface::observer_of(loaded->model, wanted)) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// malloc and its kin as this library's own code calls them (the linker's --wrap; the program's are as they were):
-// during a step of an observer from its memory, else from the system.
+// malloc and related functions for the code of this library (by --wrap of the linker; those of the program do not
+// change). During a step of an observer they take memory from the observer, otherwise from the system.
 #include <cstddef>
 #include <cstring>
 

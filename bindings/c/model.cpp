@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Models of nlo_model.h over the reader of model files and the reference observer: no equation stands here.
+// The models of nlo_model.h, by the reader of model files and the reference observer. It contains no equation.
 #include <cstdint>
 #include <limits>
 #include <memory>

@@ -53,7 +53,7 @@ enum nlo_result {
   NLO_FAILED = -5     /* anything else */
 };
 
-/* What a step did with its measurement. The latent state is finite after every step. */
+/* The status of a step: how it used its measurement. The latent state is finite after every step. */
 enum nlo_status {
   NLO_OK = 0,           /* the measurement was used unchanged */
   NLO_CLAMPED = 1,      /* an output or input outside its declared range was clamped to it */
@@ -112,12 +112,12 @@ NLO_API int nlo_model_inverse_map(const nlo_model* model, int precision, size_t 
  * estimates are computed as products of matrices.
  * time_s   `samples` time stamps, or NULL: each step is one sample period
  * u        NULL if the model has no inputs
- * x_hat, sigma (n_x each), z (n_z), status, in_domain: arrays for `samples` results, or NULL: not wanted */
+ * x_hat, sigma (n_x each), z (n_z), status, in_domain: arrays for `samples` results; NULL: not needed */
 NLO_API int nlo_model_run(const nlo_model* model, int precision, size_t samples, const double* y, const double* u,
                           const double* time_s, double* x_hat, double* sigma, double* z, int32_t* status,
                           uint8_t* in_domain);
 
-/* Makes an observer before its first sample. Returns NULL if there is no memory, or no such precision. */
+/* Makes an observer before its first sample. Returns NULL if there is not enough memory or no such precision. */
 NLO_API nlo_observer* nlo_observer_create(const nlo_model* model, int precision);
 NLO_API nlo_observer* nlo_observer_copy(const nlo_observer* observer);
 NLO_API void nlo_observer_free(nlo_observer* observer); /* NULL is fine */
@@ -129,7 +129,7 @@ NLO_API int nlo_observer_step(nlo_observer* observer, const double* y, const dou
 NLO_API int nlo_observer_step_dt(nlo_observer* observer, const double* y, const double* u, double dt_s); /* by dt_s */
 
 NLO_API int nlo_observer_status(const nlo_observer* observer);    /* of the last step */
-NLO_API int nlo_observer_in_domain(const nlo_observer* observer); /* 1: z is where training has been; 0: it is not */
+NLO_API int nlo_observer_in_domain(const nlo_observer* observer); /* 1: z is in the training domain; 0: it is not */
 NLO_API int nlo_observer_estimate(const nlo_observer* observer, double* x_hat);
 /* sigma is 2^100 outside of the training domain, where the error is unknown. NLO_NOT_KNOWN: the model has no sigma. */
 NLO_API int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat, double* sigma);

@@ -29,7 +29,7 @@ int on(Observer* observer, const Work& work, int code_of_error = NLO_FAILED) noe
   });
 }
 
-/// Each thing that may be asked of it once, from a first sample to a reset.
+/// Calls each function that a user may call once, from a first sample to a reset.
 void exercise(nlo_observer& observer) {
   const Loaded& loaded = *observer.loaded;
   const Model& m = loaded.model;
@@ -55,23 +55,24 @@ void exercise(nlo_observer& observer) {
   nlo_observer_reset(&observer);
 }
 
-struct Free {  // its vectors go before the memory that they may lie in
+struct Free {  // its vectors must be freed before the memory in which they may be
   void operator()(nlo_observer* observer) const { nlo_observer_free(observer); }
 };
 
-/// Makes memory that is enough for exercise(). Beyond it, memory comes from the system.
+/// Makes enough memory for exercise(). If more is needed, it comes from the system.
 nlo_observer* with_memory(const std::shared_ptr<const Loaded>& loaded, int precision) {
   constexpr std::size_t kFirst = std::size_t{1} << 15, kMost = std::size_t{1} << 28;
   for (std::size_t bytes = kFirst;; bytes *= 2) {
     std::unique_ptr<nlo_observer, Free> observer(new nlo_observer(loaded, precision));
-    exercise(*observer);  // without it: allocations of a process at its first step do not belong to this observer
+    // First without it, because some allocations at the first step of a process do not belong to this observer.
+    exercise(*observer);
     observer->memory = std::make_unique<StepMemory>(bytes);
     exercise(*observer);
     if (!observer->memory->ran_out() || bytes >= kMost) return observer.release();
   }
 }
 
-/// `step` of the observer with the vectors of a sample.
+/// Calls `step` of the observer with the vectors of a sample.
 template <class Step>
 int stepped(nlo_observer* observer, const double* y, const double* u, const Step& step) {
   return on(observer, [&] {
@@ -109,7 +110,7 @@ nlo_observer* nlo_observer_copy(const nlo_observer* observer) {
 
 void nlo_observer_free(nlo_observer* observer) {
   if (observer == nullptr) return;
-  const std::unique_ptr<StepMemory> memory = std::move(observer->memory);  // its vectors may lie there
+  const std::unique_ptr<StepMemory> memory = std::move(observer->memory);  // its vectors may be in it
   const StepMemory::Use use(memory.get());
   delete observer;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of an observer's steps. The reference writes equations with temporary vectors. Their memory during a
-// step comes from here. It is allocated once with the observer.
+// The memory for an observer's steps, which is allocated once with the observer. The reference observer writes
+// equations with temporary vectors; during a step they are stored here.
 #pragma once
 
 #include <array>
@@ -13,19 +13,19 @@ class StepMemory {
  public:
   explicit StepMemory(std::size_t bytes);
 
-  /// `size` bytes as malloc aligns them. Null where no such piece is left.
+  /// Returns `size` bytes, aligned as by malloc, or null if no such piece is left.
   void* take(std::size_t size) noexcept;
-  /// Returns a piece from take().
+  /// Takes back a piece that take() returned.
   void give_back(void* piece) noexcept;
   bool owns(const void* piece) const noexcept;
-  /// How many bytes a piece has, at least those it was taken for.
+  /// Returns the number of bytes of a piece, which is at least the size that was asked for.
   static std::size_t size_of(const void* piece) noexcept;
 
-  /// take() has had to refuse.
+  /// Returns true if take() has failed.
   bool ran_out() const { return ran_out_; }
 
-  /// During its lifetime, allocations of this thread inside of the library come from `memory`, as long as there is some
-  /// (library_malloc.cpp). Null: nothing does.
+  /// During its lifetime, allocations of this thread inside of the library come from `memory`, until it is used up
+  /// (library_malloc.cpp). Null: they come from the system.
   class Use {
    public:
     explicit Use(StepMemory* memory) noexcept;
@@ -40,13 +40,13 @@ class StepMemory {
 
  private:
   struct alignas(std::max_align_t) Head {
-    std::size_t kind;  ///< a piece has 2^kind bytes behind its head
-    Head* next;        ///< free one of this kind
+    std::size_t kind;  ///< a piece has 2^kind bytes after its head
+    Head* next;        ///< next free piece of this kind
   };
   static constexpr std::size_t kSmallest = 6, kKinds = 48;
 
   std::unique_ptr<Head[]> all_;
-  std::size_t heads_, used_ = 0;  ///< in heads: pieces that were ever taken stand in front
+  std::size_t heads_, used_ = 0;  ///< in heads; pieces that were ever used are at the start
   std::array<Head*, kKinds> free_{};
   bool ran_out_ = false;
 };

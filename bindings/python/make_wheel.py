@@ -18,7 +18,7 @@ import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-BUNDLED = re.compile(r"lib(fmt|muparser)\.so\.\d+")  # what the program needs beside the C and C++ libraries
+BUNDLED = re.compile(r"lib(fmt|muparser)\.so\.\d+")  # libraries that the program needs beside those of C and C++
 
 
 def needed_libraries(program):
@@ -28,7 +28,7 @@ def needed_libraries(program):
 
 
 def contents(build):
-    """(path in the wheel, file, whether it is a program)"""
+    """Yields (path in the wheel, file, True if it is a program)."""
     for file in sorted((HERE / "nlo").iterdir()):
         if file.suffix == ".py" or file.name == "py.typed":
             yield f"nlo/{file.name}", file, False
@@ -62,7 +62,7 @@ def main():
     record = []
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as wheel:
         def add(name, data, mode):
-            entry = zipfile.ZipInfo(name)  # of 1980: the same build gives the same bytes
+            entry = zipfile.ZipInfo(name)  # its date is 1980, so that the same build gives the same bytes
             entry.external_attr, entry.compress_type = (0o100000 | mode) << 16, zipfile.ZIP_DEFLATED
             wheel.writestr(entry, data)
             digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()

@@ -17,13 +17,13 @@ struct ChildEnd {
   int exit_code = -1;   ///< -1: not started, killed, or ended by a signal
 };
 
-/// Runs `words` in `directory`: the program, which is found as by a shell, and its arguments. Its output goes to
-/// log.txt in that directory; with `output`, stdout goes there and only stderr to log.txt. The program is killed after
+/// Runs the program words[0], found like in a shell, with its arguments in `directory`. Its output goes to log.txt in
+/// that directory. With `output`, stdout goes to `output` and only stderr to log.txt. The program is killed after
 /// `patience`.
 ChildEnd end_of_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience, const std::string& output = "");
 
-/// Returns the failure alone.
+/// Returns only the failure.
 std::string run_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience);
 

@@ -41,7 +41,7 @@ std::vector<NamedText> contents_of(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     const std::string name = entry.path().lexically_relative(folder).generic_string();
     if (name == kManifest || (entry.is_directory() && !entry.is_symlink())) continue;
-    // A link or a socket was not generated: its empty text is nobody's.
+    // A link or a socket was not generated; its text counts as empty.
     const bool regular = entry.is_regular_file() && !entry.is_symlink();
     files.push_back({name, regular ? read_file(entry.path().string()) : ""});
   }
@@ -54,7 +54,7 @@ void check_folder(const fs::path& folder) {
     throw Error(folder.string() + ": this folder was not made by nlo; choose another one with -o");
 }
 
-/// Throws unless nothing is lost when `folder` is replaced.
+/// Throws Error if files of a user would be lost when `folder` is replaced.
 void check_replaceable(const fs::path& folder) {
   check_folder(folder);
   if (fs::is_empty(folder)) return;
@@ -68,7 +68,8 @@ void check_replaceable(const fs::path& folder) {
                       (folder / file.path).string()));
 }
 
-/// Exports wait for each other only, because folders that are no exports are refused before.
+/// Locks a folder that may be replaced. Folders that are no exports are refused before, so exports wait only for
+/// exports.
 Descriptor hold_replaceable(const fs::path& folder) {
   check_folder(folder);
   Descriptor held = hold(folder.string());
@@ -81,33 +82,33 @@ Descriptor hold_replaceable(const fs::path& folder) {
       fmt::format("{}: cannot replace the folder: {}", target.string(), std::generic_category().message(reason)));
 }
 
-/// All files are on disk already, each by itself.
+/// Syncs the folders; their files are on disk already.
 void sync_folders(const std::string& folder) {
   sync_folder_of(folder + "/.");
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_directory()) sync_folder_of((entry.path() / ".").string());
 }
 
-/// Both names at once: there is no moment at which a reader finds no folder. The system's reason where it fails.
+/// Exchanges both names in one step, so that a reader always finds a folder. Returns the system's error number, or 0.
 int exchange(const std::string& made, const fs::path& place) {
   return ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, place.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno;
 }
 
-/// Throws Error; then `place` is unchanged.
+/// Replaces the folder `place` by `made`. On an Error `place` is unchanged.
 void replace(TemporaryFolder& made, const fs::path& place) {
-  const Descriptor held = hold_replaceable(place);  // also while it has a temporary name
+  const Descriptor held = hold_replaceable(place);  // held also while the folder has a temporary name
   const int refusal = exchange(made.name(), place);
   if (refusal == 0) {
     try {
-      check_replaceable(made.name());  // somebody may have added a file since it was looked at
+      check_replaceable(made.name());  // a user may have added a file since the first check
     } catch (const std::exception&) {
       if (exchange(made.name(), place) != 0) made.keep();
       throw;
     }
-    return;  // `made` is the old one now, and goes
+    return;  // `made` is the old folder now, and is removed
   }
   if (refusal != EINVAL && refusal != ENOSYS) fail(place, refusal);
-  TemporaryFolder old(place.string());  // an empty folder can be renamed over
+  TemporaryFolder old(place.string());  // rename() can replace an empty folder
   if (::rename(place.c_str(), old.name().c_str()) != 0) fail(place, errno);
   if (made.rename(place.string()) == 0) return;
   const int reason = errno;
@@ -128,9 +129,9 @@ void write(const fs::path& target, const std::vector<NamedText>& files) {
   write_file_atomically((fs::path(made.name()) / kManifest).string(), manifest_of(files));
   const mode_t mask = ::umask(0);
   ::umask(mask);
-  fs::permissions(made.name(), static_cast<fs::perms>(0777U & ~mask));  // mkdtemp's own are for one user
+  fs::permissions(made.name(), static_cast<fs::perms>(0777U & ~mask));  // mkdtemp allows access for one user only
   sync_folders(made.name());
-  // Another program may make the folder in between: then it is there to be replaced.
+  // Another program may make the folder in the meantime; then it is replaced.
   const bool is_done = is_new && made.rename(place.string()) == 0;
   if (!is_done) {
     if (is_new && errno != ENOTEMPTY && errno != EEXIST && errno != ENOTDIR) fail(place, errno);
@@ -139,7 +140,7 @@ void write(const fs::path& target, const std::vector<NamedText>& files) {
   sync_folder_of(place.string());
 }
 
-/// Runs `work` on the folder that `path` names. Throws Error where the file system does.
+/// Runs `work` on the folder `path`. Turns errors of the file system into Error.
 template <class Work>
 void with_target(const std::string& path, const Work& work) {
   fs::path target = fs::path(path).lexically_normal();

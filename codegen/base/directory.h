@@ -14,12 +14,12 @@ namespace nlo::codegen {
 inline constexpr const char* kManifest = ".nlo-export";
 
 /// Throws Error unless `path` does not exist, is empty, or agrees with its manifest. The error names the first file
-/// that does not.
+/// that does not agree.
 void check_directory(const std::string& path);
 
 /// Writes `files` (paths inside of the folder) and a manifest into the folder `path`, which is made with its parents or
 /// replaced if check_directory() accepts it. The files are written to a folder beside it, and the two are exchanged in
-/// one step. (On some network file systems there is no folder for a moment.) All is on disk when it returns. On an
+/// one step. (On some network file systems there is no folder for a moment.) All files are on disk at the end. On an
 /// Error the folder is unchanged.
 void write_directory_atomically(const std::string& path, const std::vector<NamedText>& files);
 

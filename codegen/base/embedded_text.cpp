@@ -17,11 +17,11 @@ const std::string& value_of(std::string_view key, const Values& values) {
   return value->second;
 }
 
-/// The lines that are left of `@if KEY@`, `@else@` and `@end@`.
+/// Returns the lines that `@if KEY@`, `@else@` and `@end@` select.
 std::string lines_kept(std::string_view text, const Values& values) {
   constexpr std::string_view kIf = "@if ";
   std::string result;
-  std::vector<bool> open;  // whether the lines of each section that is open are kept
+  std::vector<bool> open;  // for each open section: true if its lines are kept
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size() - 1) + 1;
     const std::string_view line = text.substr(0, end), word = line.substr(0, line.find('\n'));

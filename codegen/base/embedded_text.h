@@ -14,8 +14,8 @@ struct EmbeddedText {
   std::string_view name, text;
 };
 
-/// All of them. A template is named as below codegen/targets/templates ("c99/observer.c.in"), a header of the runtime
-/// as it is included ("nlo/vector.h").
+/// Returns all files. A template has its path below codegen/targets/templates ("c99/observer.c.in"), a header of the
+/// runtime its name in an #include ("nlo/vector.h").
 std::span<const EmbeddedText> embedded_texts();
 
 /// Returns the text of that name. Throws std::logic_error if there is none.

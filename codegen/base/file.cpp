@@ -32,7 +32,7 @@ void write_all(int fd, std::string_view text, const std::string& path) {
   }
 }
 
-/// `file` gets `text` and `mode`, and is on disk.
+/// Writes `text` to `file`, sets its mode and syncs it to disk.
 void fill(const TemporaryFile& file, std::string_view text, mode_t mode, const std::string& target) {
   write_all(file.descriptor(), text, target);
   if (::fchmod(file.descriptor(), mode) != 0) fail(target, "set the permissions", errno);
@@ -49,10 +49,10 @@ mode_t mode_of_new_files() {
   return static_cast<mode_t>(0666) & ~mask;
 }
 
-/// Returns the file that writing to `path` replaces. Links are followed, also one that leads to no file yet.
+/// Returns the file that writing to `path` replaces. Follows links, also a link to a file that does not exist yet.
 std::string target_of(const std::string& path) {
   namespace fs = std::filesystem;
-  constexpr int kMostLinks = 40;  // as the kernel
+  constexpr int kMostLinks = 40;  // the limit of the kernel
   fs::path target = path;
   std::error_code error;
   for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
@@ -108,16 +108,14 @@ void write_file_atomically(const std::string& path, std::string_view text) {
 }
 
 void rewrite_file_atomically(const std::string& path, std::string_view read, std::string_view text) {
-  if (read_file(path) != read)
-    throw Error(path +
-                ": is another file than the one that was read: it has changed since, and stays as it is; run again");
+  if (read_file(path) != read) throw Error(path + ": has changed since it was read, so it was not replaced; run again");
   write_file_atomically(path, text);
 }
 
 void write_files_atomically(const std::vector<NamedText>& files) {
   struct Replacement {
     std::string target;
-    std::optional<std::string> old;  ///< its text until now
+    std::optional<std::string> old;  ///< its old text
     TemporaryFile file;
   };
   std::vector<Replacement> replacements;

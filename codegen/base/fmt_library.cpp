@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The functions of fmt 9, compiled once for this library: what src/format.cc is in a build of fmt itself.
+// The functions of fmt 9, compiled once for this library, like src/format.cc in a build of fmt itself.
 #include <fmt/format-inl.h>
 
 #include <locale>

@@ -8,7 +8,7 @@ namespace nlo::codegen {
 namespace {
 
 // Keywords and alternative tokens of C++20 and C, macros of the standard headers, and names that a generated header
-// has taken itself. Sorted.
+// uses itself. Sorted.
 constexpr std::array kReservedWords = {"EOF",          "Eigen",     "INFINITY",
                                        "Input",        "NAN",       "NULL",
                                        "Output",       "State",     "alignas",

@@ -40,7 +40,7 @@ struct Field {
     return {*found, name};
   }
 
-  /// For optional fields.
+  /// Returns true if the value has the field `key`; for optional fields.
   bool has(const char* key) const { return value.is_object() && value.contains(key); }
 
   Field operator[](std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }

@@ -12,7 +12,7 @@ namespace nlo::codegen {
 /// Returns the pairs of `text` in their order. Throws Error, naming `option`, for a key without value or given twice.
 std::vector<std::pair<std::string, std::string>> key_values(std::string_view text, const std::string& option);
 
-/// Returns `text` as a number; NaN if it is not one as a whole.
+/// Returns `text` as a number; NaN unless the whole text is a number.
 double decimal(std::string_view text);
 
 }  // namespace nlo::codegen

@@ -7,8 +7,8 @@
 namespace nlo::codegen {
 namespace {
 
-// [Re, -Im; Im, Re] of a complex matrix, which is one of the real factorisations instead of a second set of all of
-// them: those would take as long to compile as the rest of this file.
+// Returns [Re, -Im; Im, Re] of a complex matrix, for the real factorisations. Complex factorisations would take as long
+// to compile as the rest of this file.
 Eigen::MatrixXd real_form(const Eigen::MatrixXcd& a) {
   Eigen::MatrixXd real(2 * a.rows(), 2 * a.cols());
   real << a.real(), -a.imag(), a.imag(), a.real();

@@ -28,13 +28,13 @@ namespace fs = std::filesystem;
 constexpr char kMark[] = ".nlo-";
 constexpr std::size_t kRandomSize = 6;
 
-/// Waits for it. Where there is none, all goes on without.
+/// Waits for the lock. On a file system without locks the program continues without it.
 void lock(int fd) {
   while (::flock(fd, LOCK_EX) != 0 && errno == EINTR) {
   }
 }
 
-/// Whether `name` is still the file that `fd` was opened for.
+/// Returns true if `name` is still the file that `fd` was opened for.
 bool is_at(int fd, const std::string& name) {
   struct stat opened {
   }, found{};
@@ -67,7 +67,8 @@ void remove_leftovers(const std::string& path) {
   for (const fs::path& leftover : found) remove_if_left(leftover);
 }
 
-/// Locked by us and still there: between its making and its locking another program may take it for left.
+/// Makes a file and locks it, until it is locked and still there. Before it is locked, another program may remove it as
+/// a leftover.
 template <class Make>
 Descriptor make_locked(const std::string& path, std::string& name, const Make& make) {
   remove_leftovers(path);
@@ -128,7 +129,7 @@ TemporaryFolder::TemporaryFolder(const std::string& path) {
       const int fd = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
       if (fd >= 0) return fd;
       const int reason = errno;
-      if (reason == ENOENT) continue;  // before it could be locked, another program took it for left
+      if (reason == ENOENT) continue;  // another program removed it before it was locked
       ::rmdir(name.c_str());
       errno = reason;
       return -1;
@@ -143,7 +144,7 @@ TemporaryFolder::~TemporaryFolder() {
   if (!name_.empty()) try {
       std::error_code ignored;
       fs::remove_all(name_, ignored);
-    } catch (const std::bad_alloc&) {  // it stays until the next one is made
+    } catch (const std::bad_alloc&) {  // the file stays until the next one is made
     }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kMostBytes = 0xffffffffU, kMostFiles = 0xffff;
 
-/// Little-endian, as all numbers of zip.
+/// Appends a number in little-endian order, as zip needs it.
 void put(std::string& bytes, std::uint64_t value, int count) {
   for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
 }
@@ -44,7 +44,7 @@ std::uint32_t crc32(std::string_view bytes) {
 }
 
 std::string zip(const std::vector<NamedText>& files) {
-  constexpr std::uint64_t kUnix = 3, kRegularFile = 0100644;  // as stat() has it
+  constexpr std::uint64_t kUnix = 3, kRegularFile = 0100644;  // mode of stat()
   std::string archive, directory;
   for (const NamedText& file : files) {
     const std::size_t offset = archive.size();

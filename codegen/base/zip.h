@@ -18,7 +18,7 @@ std::uint32_t crc32(std::string_view bytes);
 /// Throws Error beyond the limits of the format, 4 GiB and 65,535 files.
 std::string zip(const std::vector<NamedText>& files);
 
-/// Returns the files of such an archive. Throws Error if it is none or a check sum is wrong.
+/// Returns the files of such an archive. Throws Error if it is not an archive or a check sum is wrong.
 std::vector<NamedText> unzipped(std::string_view archive);
 
 }  // namespace nlo::codegen

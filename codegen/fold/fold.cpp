@@ -27,7 +27,7 @@ std::vector<int> not_due(const Model& m) {
 std::vector<int> not_due(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs,
                          double sample_period_s) {
   constexpr double kRounding = 0.05;                            // sample periods
-  std::vector<int> samples(outputs.size() + inputs.size(), 0);  // what is computed may read inputs
+  std::vector<int> samples(outputs.size() + inputs.size(), 0);  // computed outputs may read inputs
   for (std::size_t j = 0; j < outputs.size(); ++j)
     if (outputs[j].period_s > 0.0)
       samples[j] = static_cast<int>(std::ceil(outputs[j].period_s / sample_period_s - kRounding)) - 1;

@@ -11,17 +11,17 @@ namespace nlo::codegen {
 
 FoldedModel fold(const Model& model);
 
-/// Measurements held in a row until the status says stale: one time constant of the fastest mode that reads an output,
-/// 5 at least; 10 where no mode is known.
+/// Returns the number of held measurements in a row after which the status is kStale: one time constant of the fastest
+/// mode that reads an output, at least 5; 10 if no mode is known.
 int stale_after(const Model& model);
 
-/// For each reading, n_r: samples for which it is not due after one that has arrived; 0: due in every sample. A
-/// computed output is as slow as the slowest of its parts.
+/// Returns for each reading, n_r, the number of samples after an arrival in which it is not due; 0: due in every
+/// sample. A computed output is as slow as the slowest of its parts.
 std::vector<int> not_due(const Model& model);
-/// The same for each of `outputs`, which may be computed from these and from `inputs`; then 0 for each input.
+/// The same for `outputs`, which may be computed from each other and from `inputs`; then a 0 for each input.
 std::vector<int> not_due(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs,
                          double sample_period_s);
-/// Largest number of samples in a row that an output may be missing: a slow one may be late by half its period.
+/// Returns the largest number of samples in a row without an output: a slow output may be late by half its period.
 int most_missing(int not_due);
 bool has_slow_outputs(const Model& model);
 

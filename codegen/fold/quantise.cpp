@@ -25,7 +25,7 @@ constexpr int kLargestShift = 31;
 constexpr double kTanhEnd = 8.0;             // the table of tanh ends here with +-1
 constexpr double kSiluEnd = 2.0 * kTanhEnd;  // range of silu in int16
 
-/// Over the integers that a layer reads: v = weights q + bias.
+/// A layer in real numbers over the integers q that it reads: v = weights q + bias.
 using RealLayer = DenseLayer;
 
 double absolute_sum(const RealLayer& layer, Eigen::Index row) {
@@ -34,7 +34,8 @@ double absolute_sum(const RealLayer& layer, Eigen::Index row) {
   return sum;
 }
 
-/// Row `o` of `layer` times `scale`, rounded, `half` added to its bias. False when a weight or a sum does not fit.
+/// Multiplies row `o` of `layer` by `scale`, adds `half` to its bias, and rounds. Returns false if a weight or a sum
+/// does not fit.
 bool round_row(const RealLayer& layer, Eigen::Index o, double scale, double half, QuantisedLayer& to) {
   double worst = std::abs(std::round(layer.bias(o) * scale) + half);
   for (Eigen::Index i = 0; i < layer.weights.cols(); ++i) {
@@ -55,8 +56,8 @@ QuantisedLayer sized_like(const RealLayer& layer) {
   return sized;
 }
 
-/// A layer whose sums are `unit` 2^shift per unit of v, with the largest shift that all rows allow. Shifting rounds
-/// down: half a unit of the result in the bias makes that the nearest.
+/// Returns a layer whose sums are `unit` 2^shift per unit of v, with the largest shift that all rows allow. Shifting
+/// rounds down; half a unit of the result in the bias turns this into rounding to nearest.
 QuantisedLayer hidden_layer(const RealLayer& layer, double unit, const std::string& name) {
   QuantisedLayer quantised = sized_like(layer);
   for (quantised.shift = kLargestShift; quantised.shift >= 1; --quantised.shift) {
@@ -71,19 +72,19 @@ QuantisedLayer hidden_layer(const RealLayer& layer, double unit, const std::stri
   for (Eigen::Index o = 1; o < layer.bias.size(); ++o)
     if (reach(o) > reach(worst)) worst = o;
   fail(
-      "{}: neuron {} sums up to {:.3g}, beyond the {:.3g} that int16 has room for; export with --scalar float, or "
+      "{}: neuron {} has sums up to {:.3g}, but int16 allows at most {:.3g}; export with --scalar float, or "
       "train "
       "with weight_decay",
       name, worst, reach(worst), kLargestSum / (2.0 * unit));
 }
 
-/// The last layer: each row with the largest scale that it allows.
+/// Returns the last layer, each row with the largest scale that it allows.
 QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::VectorXf& scale) {
   QuantisedLayer quantised = sized_like(layer);
   scale.resize(layer.bias.size());
-  const double rounding = (kOne * static_cast<double>(layer.weights.cols()) + 1.0) / 2.0;  // sum over all terms
+  const double rounding = (kOne * static_cast<double>(layer.weights.cols()) + 1.0) / 2.0;  // largest total of all terms
   for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
-    constexpr double kLargestScale = 0x1p60;  // rows of (almost) nothing but zeros
+    constexpr double kLargestScale = 0x1p60;  // for rows whose weights are almost all zero
     double sums_per_unit = kLargestScale;
     if (const double reach = std::abs(layer.bias(o)) + absolute_sum(layer, o) * kOne; reach > 0.0)
       sums_per_unit = std::min(sums_per_unit, (kLargestSum - rounding) / reach);
@@ -99,14 +100,15 @@ QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::Vect
   return quantised;
 }
 
-/// As a layer over integers of which one unit is `per_unit`, and all of them at zero `offset`.
+/// Returns the layer over integers. `per_unit`: the value of one unit; `offset`: the value at integer 0.
 RealLayer over_integers(RealLayer layer, const Eigen::VectorXd& per_unit, const Eigen::VectorXd& offset) {
   layer.bias += layer.weights * offset;
   layer.weights = layer.weights * per_unit.asDiagonal();
   return layer;
 }
 
-/// Whose sums tanh reads. A neuron that is always saturated stays so with a smaller bias, which leaves room for scale.
+/// Returns a layer whose sums are arguments of tanh. A neuron that is always saturated gets a smaller bias, with which
+/// it stays saturated; this permits a larger scale.
 QuantisedLayer tanh_layer(RealLayer layer, const std::string& name) {
   for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
     const double enough = kTanhEnd + absolute_sum(layer, o) * kOne;
@@ -156,7 +158,7 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
 
 namespace {
 
-/// The box of [in; products].
+/// Returns the box of [in; products].
 InputBox box_with_products(const FoldedNetwork& n, InputBox box) {
   box.min.conservativeResize(n.columns());
   box.max.conservativeResize(n.columns());
@@ -216,7 +218,7 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& inputs, const 
 }
 
 std::vector<double> largest_activations(const Network& map, const FoldedNetwork& n, const InputBox& box) {
-  constexpr double kHeadroom = 1.1;  // noise and plants that are not quite the model
+  constexpr double kHeadroom = 1.1;  // for noise, and for plants that differ from the model
   constexpr Eigen::Index kInputs = 4096;
   if (std::isfinite(activation_row(n.activation).largest_value))
     return std::vector<double>(n.layers.size() - 1, activation_row(n.activation).largest_value);
@@ -232,7 +234,7 @@ std::vector<double> largest_activations(const Network& map, const FoldedNetwork&
       }
     largest = ReferenceNetwork<double>(unfolded(n, n.inputs())).largest_activations(in);
   }
-  for (double& value : largest) value = std::max(kHeadroom * value, 0x1p-60);  // a layer may be dead
+  for (double& value : largest) value = std::max(kHeadroom * value, 0x1p-60);  // all outputs of a layer may be 0
   return largest;
 }
 

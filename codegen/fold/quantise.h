@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The inverse map in int16, as runtime/include/nlo/quantised_map.h executes it, and gated units, as quantised_units.h
-// does, for `--scalar int16`. Scales come from the ranges that training has seen and from the norms of the
-// rows, so that no sum can overflow.
+// Quantises the inverse map to int16 for runtime/include/nlo/quantised_map.h, and gated units for quantised_units.h
+// (`--scalar int16`). The scales follow from the ranges of the training and from the norms of the rows, so that no sum
+// can overflow.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,22 +14,22 @@
 namespace nlo::codegen {
 
 /// The box of T*'s inputs, [z; y] or z: the training domain of z, with S y added for angles, and the range of y.
-/// Outside of it an int16 map answers as at the nearest point of it.
+/// Outside of the box an int16 map returns its value at the nearest point of the box.
 struct InputBox {
   Eigen::VectorXd min, max;
 };
 InputBox input_box(const Model& model, const FoldedModel& folded);
 
-/// The inverse map, and gated units, in int16. Throws Error, naming the layer and the remedy, for a structure without,
-/// for silu, and when weights are too large for any scale.
+/// Returns the inverse map, and gated units, in int16. Throws Error, with the layer and the remedy, for a structure
+/// without int16, and if weights are too large for any scale.
 QuantisedModel quantise(const Model& model, const FoldedModel& folded);
 
-/// `network` over inputs in `box`. `largest` has the largest activation of each hidden layer; only relu reads it.
+/// Quantises `network` for inputs in `box`. `largest`: largest activation of each hidden layer; only relu reads it.
 QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, const std::vector<double>& largest);
 
-/// Largest activation of each hidden layer of `map`, which is `network` when folded, for inputs in `box`: 1 for tanh;
-/// for relu 1.1 times the largest in training. Without a record: 1.1 times the largest over 4,096 inputs, half of them
-/// corners of the box, which is more than training data reach and costs a bit or two of resolution.
+/// Returns the largest activation of each hidden layer of `map`, which is `network` when folded, for inputs in `box`: 1
+/// for tanh, for relu 1.1 times the largest in training. Without a record of the training it is 1.1 times the largest
+/// over 4,096 inputs, half of them corners of the box. That exceeds training data and costs a bit or two of resolution.
 std::vector<double> largest_activations(const Network& map, const FoldedNetwork& network, const InputBox& box);
 
 }  // namespace nlo::codegen

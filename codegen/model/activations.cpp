@@ -9,8 +9,8 @@
 namespace nlo::codegen {
 namespace {
 
-/// Formulas of a value and its slope, for a number and for an array alike. Every trained activation has one: a row
-/// without it does not compile.
+/// Formulas of the value and the slope, for a number and for an array. Every activation that can be trained has one; a
+/// row without it does not compile.
 template <Activation kKind>
 struct Formula;
 
@@ -93,7 +93,7 @@ double silu(double v) {
 double silu_slope(double v) {
   return Formula<Activation::kSilu>::slope<double>(v, silu(v));
 }
-/// s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v)
+/// Returns s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v).
 double silu_curvature(double v) {
   const double s = 1.0 / (1.0 + std::exp(-v));
   return s * (1.0 - s) * (2.0 + v * (1.0 - 2.0 * s));
@@ -150,7 +150,7 @@ template Doubles activation_slopes<double>(Activation, const Eigen::Ref<const Do
 
 void activation_rows::refuse_untrained(Activation kind) {
   const bool known = static_cast<std::size_t>(kind) < kActivations.size();
-  throw Error(fmt::format("{} is what an export may choose, and no network is trained with it; use {}",
+  throw Error(fmt::format("{} can only be chosen by an export, not for training; use {}",
                           known ? activation_row(kind).identifier : "an unknown activation", activations_in_words()));
 }
 

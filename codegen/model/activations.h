@@ -41,9 +41,9 @@ struct TurningPoints {
 
 struct ActivationRow {
   Activation kind;
-  std::string_view name;        ///< in model files and experiments; a coarser tanh: in FoldedNetwork::activation
-  const char* identifier;       ///< in C++
-  Activation trained_as;        ///< `kind`, or for activations that only an export chooses, the one that they replace
+  std::string_view name;   ///< name in model files and experiments; for a coarser tanh, in FoldedNetwork::activation
+  const char* identifier;  ///< name in C++
+  Activation trained_as;   ///< `kind`; for an activation that only an export chooses: the activation that it replaces
   std::string_view int16_form;  ///< its int16 form in words, for the comment of a header; empty: none
   bool has_c99;                 ///< c99_map.cpp can write it
   WeightBound weight_bound;
@@ -57,7 +57,7 @@ struct ActivationRow {
   bool kink_at_zero;       ///< two straight pieces, convex, that meet in (0, 0); the slope has no derivative there
 
   TurningPoints value_turns;    ///< extrema of the value
-  TurningPoints slope_turns;    ///< turning points of the slope; where it jumps, both its sides
+  TurningPoints slope_turns;    ///< turning points of the slope; at a jump, both its sides
   double largest_curvature;     ///< sup of |value''| away from a kink
   double largest_slope_change;  ///< sup of |slope''| away from a kink
 
@@ -103,7 +103,7 @@ constexpr ActivationRow tanh_row(Activation kind, std::string_view name, const c
 
 }  // namespace activation_rows
 
-/// In the order of the enumeration.
+/// One row for each activation, in the order of the enumeration.
 inline constexpr std::array kActivations = {
     activation_rows::tanh_row(Activation::kTanh, "tanh", "Activation::kTanh"),
     ActivationRow{.kind = Activation::kRelu,
@@ -123,8 +123,8 @@ inline constexpr std::array kActivations = {
                   .slope_turns = {{{{0.0, 0.0}, {0.0, 1.0}}}, 2},
                   .largest_curvature = 0.0,
                   .largest_slope_change = 0.0},
-    // silu falls to its minimum and rises from there; its slope, odd about 1/2, is steepest at 2.39936 and least at
-    // minus that.
+    // silu falls to its minimum and rises from there. Its slope is odd about 1/2. It is largest at 2.39936 and smallest
+    // at -2.39936.
     ActivationRow{.kind = Activation::kSilu,
                   .name = "silu",
                   .identifier = "Activation::kSilu",
@@ -152,7 +152,7 @@ constexpr const ActivationRow& activation_row(Activation kind) {
 
 /// Returns the row of a name in a model file or an experiment; null if there is none, or if only an export chooses it.
 const ActivationRow* find_activation(std::string_view name);
-/// Finds the row of a name. Throws Error for an unknown one: unknown activation "gelu"; use tanh, relu or silu.
+/// Finds the row of a name. Throws Error for an unknown name: unknown activation "gelu"; use tanh, relu or silu.
 const ActivationRow& activation_named(std::string_view name);
 
 /// Names of the activations that a network may be trained with: tanh, relu, silu.
@@ -199,8 +199,8 @@ static_assert(in_order(), "row i of kActivations is the enumerator with the valu
 
 }  // namespace activation_rows
 
-/// Returns run(std::integral_constant<Activation, kind>{}): from a number to a template. `run` is instantiated for
-/// every row, and returns the same type for each.
+/// Returns run(std::integral_constant<Activation, kind>{}), which turns a number into a template parameter. `run` is
+/// instantiated for every row and returns the same type for each.
 template <class Run>
 auto with_activation(Activation kind, const Run& run) {
   return activation_rows::run_from<true, 0>(kind, run);

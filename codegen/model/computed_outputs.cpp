@@ -14,7 +14,7 @@ int measured_outputs(const std::vector<Channel>& outputs) {
 
 ComputedOutputs::ComputedOutputs(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs)
     : first_(measured_outputs(outputs)), outputs_(static_cast<int>(outputs.size())) {
-  // In the order of the readings; empty for a reading that an expression may not use.
+  // Names in the order of the readings; empty for a reading that an expression may not use.
   std::vector<std::string> names;
   for (const Channel& output : outputs)
     names.push_back(output.wrap > 0.0 || !output.expression.empty() ? "" : output.name);
@@ -23,7 +23,7 @@ ComputedOutputs::ComputedOutputs(const std::vector<Channel>& outputs, const std:
     const Channel& output = outputs[j];
     if (output.expression.empty()) {
       if (static_cast<int>(j) >= first_)
-        fail("output \"{}\" is measured and stands behind computed ones; put those with an expression last",
+        fail("output \"{}\" is measured but follows computed outputs; put outputs with an expression last",
              output.name);
       continue;
     }

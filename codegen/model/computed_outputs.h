@@ -15,16 +15,16 @@ namespace nlo::codegen {
 class ComputedOutputs {
  public:
   ComputedOutputs() = default;
-  /// `inputs`: those that are read beside the outputs. Throws Error, with the output's name and the fix, where an
-  /// expression cannot be read, reads an angle or a computed output, or stands before a measured output.
+  /// `inputs`: the inputs that are readings. Throws Error, with the output's name and the fix, if an expression cannot
+  /// be read, reads an angle or a computed output, or stands before a measured output.
   ComputedOutputs(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs);
 
   bool none() const { return expressions_.empty(); }
   int first() const { return first_; }                                 ///< number of measured outputs
   const std::vector<Expression>& all() const { return expressions_; }  ///< one for each output from first() on
 
-  /// Computes rows first() ... of `outputs` (n_y x N) from the others and `inputs` (n_u x N). Not-a-number of a
-  /// part gives not-a-number.
+  /// Computes the rows of `outputs` (n_y x N) from first() on, from its other rows and `inputs` (n_u x N). If a part is
+  /// NaN, the result is NaN.
   void fill(Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs) const;
 
  private:

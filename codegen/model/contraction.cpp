@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// out = weights in + bias, normalisation and all, of a network that is one layer.
+/// A network of one layer with its normalisation, as out = weights in + bias.
 struct Affine {
   MatrixXd weights;
   VectorXd bias;
@@ -56,8 +56,8 @@ double proven_rate(const Model& model, const Gated& gated, const VectorXd& metri
 Contraction find_contraction(const Model& model, const Gated& gated) {
   const Index units = model.nz();
   constexpr int kIterations = 200;
-  constexpr double kSmallest = 1e-3;  // relative to the largest; for rows that nothing couples to
-  const MatrixXd m = coupling(gated, units) + MatrixXd::Identity(units, units);  // the shift keeps it from swinging
+  constexpr double kSmallest = 1e-3;  // relative to the largest; for rows without coupling
+  const MatrixXd m = coupling(gated, units) + MatrixXd::Identity(units, units);  // the shift prevents oscillation
   VectorXd dominant = VectorXd::Ones(units);
   for (int i = 0; i < kIterations; ++i) {
     dominant = m * dominant;

@@ -20,7 +20,7 @@ namespace nlo::codegen {
 struct Gated;
 struct Model;
 
-/// None where `metric` has no entry.
+/// A proof of contraction. If `metric` is empty, there is none.
 struct Contraction {
   Eigen::VectorXd metric;  ///< d, n_z, positive
   double rate = 0.0;       ///< -ln(q) / sample period [1/s]
@@ -28,7 +28,7 @@ struct Contraction {
   bool none() const { return metric.size() == 0; }
 };
 
-/// M, n_z x n_z.
+/// Returns M, n_z x n_z.
 Eigen::MatrixXd coupling(const Gated& gated, Eigen::Index units);
 
 /// Returns the rate that a metric proves for a gated model from its weights and ranges; 0: none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The domain of a model, as in_domain() of the runtime, and the box of a model that saturates (nlo/saturation.h).
+// The domain of a model, as in in_domain() of the runtime, and the box of a model that saturates (nlo/saturation.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@
 
 namespace nlo::codegen {
 
-/// As far as T* follows z, less S y for relative outputs: the domain, and `saturation` half ranges on each side. Of a
-/// model that saturates; n_z each.
+/// Limits of the z (z - S y for relative outputs) that T* reads: the domain and a margin of `saturation` half ranges on
+/// each side. For a model that saturates; n_z each.
 struct LatentReach {
   Eigen::VectorXd min, max;
 
@@ -30,14 +30,14 @@ class LatentDomain {
       if (is_relative(model, j)) steady_.col(j) = gain.col(j);
   }
 
-  /// z (n_z) at a sample whose readings were taken as y (n_r), angles unwrapped: z is judged relative to S y of those.
+  /// Returns true if z (n_z) is in the domain. y (n_r): validated readings, angles unwrapped; z is compared with S y.
   template <class Z, class Y>
   bool contains(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
     const Eigen::VectorXd relative = z - steady_ * y;
     return (relative.array() >= low_.array()).all() && (relative.array() <= high_.array()).all();
   }
 
-  /// Returns the saturated z that T* reads, of a model that saturates.
+  /// Returns the saturated z that T* reads, for a model that saturates.
   template <class Z, class Y>
   Eigen::VectorXd saturated(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
     const Eigen::VectorXd rest = steady_ * y, place = z - rest;

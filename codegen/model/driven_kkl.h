@@ -16,8 +16,8 @@ struct DrivenKkl : Kkl {
   /// Zero order: u has acted since the last sample (a command). First order: a ramp from the last u to this one
   /// (measured with y).
   Hold input_hold = Hold::kZeroOrder;
-  /// g: reshape(W x + b), n_x n_u rows, one column of g after the other. Affine in x: exact for constant and bilinear
-  /// inputs.
+  /// g = reshape(W x + b), with n_x n_u rows: the columns of g one after another. It is affine in x, which is exact for
+  /// constant and bilinear inputs.
   DenseLayer input_field;
   Network forward_map;  ///< T, n_x -> n_z
 };

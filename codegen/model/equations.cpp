@@ -49,7 +49,7 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   add(derivative, texts.derivative, "derivative");
   append_covariance(derivative);
   derivative_ = SharedExpressions(derivative, static_cast<int>(names.size()));
-  for (int j = 0; j < nu_; ++j) names[static_cast<std::size_t>(first_input() + j)] = "";  // an output is of x alone
+  for (int j = 0; j < nu_; ++j) names[static_cast<std::size_t>(first_input() + j)] = "";  // an output only depends on x
   add(output, texts.outputs, "outputs");
   for (int j = 0; j < ny_; ++j)
     for (int i = 0; i < nx_; ++i)
@@ -90,16 +90,15 @@ void check_bounded(const Equations& equations, std::vector<Interval> x, const st
   const auto check = [](Interval of, const char* what, std::size_t i) {
     if (!of.bounded())
       fail(
-          "equations.{}[{}] has no bound where state_min and state_max keep x: it may divide by 0, or ask a function "
+          "equations.{}[{}] has no bound for x between state_min and state_max: it may divide by 0, or ask a function "
           "where it has no value; write each divisor so that sums and products of the ranges of its terms do not reach "
           "0: a - b*c^2, not (a + b + c)*b - (b + c)^2",
           what, i);
     if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))
-      fail(
-          "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
-          what, i, of.low, of.high, kLargestNumber);
+      fail("equations.{}[{}] may reach {} to {} for x between state_min and state_max; float32 requires it within +-{}",
+           what, i, of.low, of.high, kLargestNumber);
   };
-  // Behind the outputs are their slopes, behind f the change of the covariance.
+  // The outputs are followed by their slopes, and f by the derivative of the covariance.
   const auto check_all = [&](const std::vector<Interval>& all, const char* first, int count, const char* others) {
     const auto n = static_cast<std::size_t>(count);
     for (std::size_t i = 0; i < all.size(); ++i) i < n ? check(all[i], first, i) : check(all[i], others, i - n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Error head of a model, as nlo/error_head.h flies it: a second output of T* from its last hidden layer h,
+// Error head of a model (nlo/error_head.h in flight): a second output of T* from its last hidden layer h,
 //   log sigma = W [h; h^2] + b,  limited to [log_min, log_max]
 // 68 % of the errors of a state were within factor_68 sigma and 95 % within factor_95 sigma, on runs to which neither
 // T* nor W and b were fitted. In flight, sigma is factor_68 sigma.
@@ -30,7 +30,7 @@ struct FoldedErrorHead {
 
 FoldedErrorHead fold(const ErrorHead& head);
 
-/// Returns sigma in flight, n_x x N, from the hidden layer h, n_h x N; kUnknownSigma where known is false.
+/// Returns sigma in flight, n_x x N, from the hidden layer h, n_h x N; kUnknownSigma in columns where known is false.
 Eigen::MatrixXd deviations(const ErrorHead& head, const Eigen::MatrixXd& hidden, const std::vector<bool>& known);
 
 /// Returns [h; h^2].

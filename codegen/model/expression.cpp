@@ -14,7 +14,7 @@
 
 namespace nlo::codegen {
 
-/// Descends through sums, products and powers, and appends the nodes in the order of evaluation.
+/// Parses sums, products and powers recursively, and appends the nodes in the order of evaluation.
 class ExpressionParser {
  public:
   using Kind = Expression::Kind;
@@ -90,7 +90,7 @@ class ExpressionParser {
     }
   }
 
-  /// Divides by the following expression. Multiplying by the reciprocal of a number would round differently.
+  /// Parses a division. Multiplying by the reciprocal of a number would round differently.
   bool divides() {
     const std::size_t first = nodes_.size();
     factor();
@@ -118,7 +118,7 @@ class ExpressionParser {
     append(Kind::kProduct);
   }
 
-  /// The nodes from `first` on, times themselves.
+  /// Multiplies the nodes from `first` on by themselves.
   void power(std::size_t first) {
     skip_space();
     const int power = at_ < text_.size() ? text_[at_] - '0' : 0;
@@ -131,7 +131,7 @@ class ExpressionParser {
     }
   }
 
-  /// A reading, a function of the expression in parentheses behind it, or pi.
+  /// Parses a reading, a function with its argument in parentheses, or pi.
   void name() {
     std::size_t end = at_;
     while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) != 0 || text_[end] == '_'))
@@ -144,7 +144,7 @@ class ExpressionParser {
     }
     if (functions_ && function(word, end)) return;
     std::vector<std::string> known = names_;
-    std::erase(known, "");  // in place of names that must not be read
+    std::erase(known, "");  // empty names stand for readings that must not be read
     fail("expression \"{}\" reads \"{}\": expected a measured output that does not wrap, or an input{}; there is {}",
          text_, word, functions_ ? ", or a function (" + function_names() + ", tan, min, max)" : "",
          fmt::join(known, ", "));
@@ -177,7 +177,7 @@ class ExpressionParser {
     return true;
   }
 
-  /// Takes the arguments of min or max, one or more.
+  /// Parses the arguments of min or max, one or more.
   void extremum(Kind kind) {
     if (!take('(')) refuse("\"(\"");
     sum();
@@ -240,7 +240,7 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
     const bool sum = part.kind == Kind::kSum || part.kind == Kind::kDifference;
     return sum || always ? "(" + part.text + ")" : part.text;
   };
-  // A quotient in a sum has parentheses for who reads it (MISRA C 12.1).
+  // A quotient in a sum gets parentheses for readers (MISRA C 12.1).
   const auto term = [&](const Part& part) {
     return enclosed({summand(part), part.kind}, part.kind == Kind::kQuotient);
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Expressions of readings. Computed outputs may have sums, products and integer powers. Known equations may also
-// divide, call functions, and take the least or greatest of several values. Flight and training evaluate them in the
+// divide, call functions, and take the minimum or maximum of several values. Exports and training evaluate them in the
 // order in which they are written.
 //   1.5 * yaw_rate * wheel_speed - slope^2               -(w2 * sin(angle) + b * rate) / (j + cos(angle)^2)
 #pragma once
@@ -19,11 +19,11 @@ namespace nlo::codegen {
 
 class Expression {
  public:
-  /// Allowed operations. Computed outputs may divide only by numbers, because a measured value may be 0.
+  /// Allowed operations. Computed outputs may only divide by numbers, because a measured value may be 0.
   enum class Language { kPolynomial, kFunctions };
 
   enum class Kind { kNumber, kReading, kSum, kDifference, kProduct, kQuotient, kMinimum, kMaximum, kSquare, kFunction };
-  /// Nodes in the order of evaluation: operands stand before their operation.
+  /// Nodes in the order of evaluation: operands come before their operation.
   struct Node {
     Kind kind;
     double number = 0.0;
@@ -31,8 +31,8 @@ class Expression {
     Function function = {};
   };
 
-  /// `names` are those of the readings that it may read, in their order; "" in the place of one that it may not. Throws
-  /// Error, with the place in `text` and the expected symbols.
+  /// `names` are those of the readings that it may read, in their order; an empty name stands for a reading that it
+  /// must not read. Throws Error with the place in `text` and the expected symbols.
   Expression(std::string_view text, const std::vector<std::string>& names, Language language = Language::kPolynomial);
   explicit Expression(std::vector<Node> nodes);
 
@@ -70,15 +70,15 @@ class Expression {
     return stack[0];
   }
 
-  /// As C and C++ write it, with texts for a reading, for a number, and for a product that is a part of a sum, or that
-  /// a function takes. `is_part`: of a sum that is elsewhere.
+  /// Returns the text in C and C++. Functions write a reading, a number, and a product that is part of a sum or the
+  /// argument of a function. `is_part`: the expression itself is part of a sum.
   std::string text(const std::function<std::string(int)>& reading, const std::function<std::string(double)>& number,
                    const std::function<std::string(const std::string&)>& part_of_sum, bool is_part = false) const;
 
   const std::vector<Node>& nodes() const { return nodes_; }
-  const std::vector<int>& reads() const { return reads_; }  ///< which readings, rising
-  int operations() const;  ///< multiplications, divisions, additions, minima and maxima
-  int functions() const;   ///< evaluations of one
+  const std::vector<int>& reads() const { return reads_; }  ///< indices of the readings that it reads, ascending
+  int operations() const;  ///< number of multiplications, divisions, additions, minima and maxima
+  int functions() const;   ///< number of function calls
 
   /// Returns its parity from the parities of the readings.
   Parity parity(const std::vector<Parity>& readings) const;

@@ -28,10 +28,11 @@ Nodes applied(Function function, Nodes nodes) {
   return nodes;
 }
 
-/// Least root by which the slope of a root of a maximum divides. sqrt(max(v, 0)) has no bound of its slope otherwise.
+/// The slope of the root of a maximum divides by at least this root. Otherwise the slope of sqrt(max(v, 0)) would have
+/// no bound.
 constexpr double kLeastRoot = 5e-4;
 
-/// Slope of a function at v, where its value is f.
+/// Returns the slope of a function at v, where its value is f.
 Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
   const Nodes one = number_nodes(1.0);
   switch (function) {
@@ -62,7 +63,8 @@ struct Term {
   Nodes value, slope;
 };
 
-/// Slope of a where a - b has the sign `chosen`, slope of b where it has the other one, their mean where it is 0.
+/// Returns the slope of a where a - b has the sign `chosen`, that of b where it has the other sign, and their mean
+/// where a - b is 0.
 Nodes slope_of_one(const Term& a, const Term& b, double chosen) {
   const Nodes ahead = is_number(b.value, 0.0) ? a.value : difference(a.value, b.value), half = number_nodes(0.5),
               side = product(number_nodes(0.5 * chosen), applied(Function::kSign, ahead));

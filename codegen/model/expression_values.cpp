@@ -48,15 +48,15 @@ Scalar number_of(Function function, Scalar x) {
   }
 }
 
-/// Widens by more than the errors of rounding and of the standard library (assumed within 4 units in the last place). A
-/// value of 0 stays.
+/// Widens an interval by more than the errors of rounding and of the standard library (assumed to be within 4 units in
+/// the last place). A value of 0 does not change.
 Interval outwards(double low, double high, double units = 1.0) {
   const double by = units * std::numeric_limits<double>::epsilon();
   return {low - by * std::abs(low), high + by * std::abs(high)};
 }
 constexpr double kLibraryUnits = 4.0;
 
-/// cos over an interval: 1 at whole turns, -1 half a turn on.
+/// Returns cos over an interval: 1 at whole turns, -1 half a turn further.
 Interval cosine_of(Interval x) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const auto has = [&](double at) { return std::floor((x.high - at) / kTurn) >= std::ceil((x.low - at) / kTurn); };

@@ -20,13 +20,13 @@ std::span<const FunctionRow> all_functions();
 const FunctionRow& row_of(Function function);
 /// Returns the function of that name; null if there is none.
 const FunctionRow* function_named(std::string_view name);
-/// "sin, cos, ..."
+/// Returns "sin, cos, ...".
 std::string function_names();
 
 double value_of(Function function, double x);
 float value_of(Function function, float x);
 
-/// The least and the greatest of two numbers; NaN if either is.
+/// Returns the smaller and the larger of two numbers; NaN if either is NaN.
 template <class Scalar>
 Scalar minimum_of(Scalar a, Scalar b) {
   return a > b || b != b ? b : a;

@@ -38,7 +38,7 @@ void check_range(const Eigen::VectorXd& low, const Eigen::VectorXd& high, const 
       fail("{0}_min[{1}] is {2} and {0}_max[{1}] is {3}; the minimum must be smaller", field, i, low(i), high(i));
   for (Eigen::Index i = 0; i < low.size(); ++i)
     if (!(low(i) >= -kLargestNumber && high(i) <= kLargestNumber))
-      fail("{0}_min[{1}] is {2} and {0}_max[{1}] is {3}; float32 wants them within +-{4}", field, i, low(i), high(i),
+      fail("{0}_min[{1}] is {2} and {0}_max[{1}] is {3}; float32 requires them within +-{4}", field, i, low(i), high(i),
            kLargestNumber);
 }
 
@@ -55,7 +55,7 @@ void check_channels(const std::vector<Channel>& channels, const std::string& fie
       fail("{}[{}].wrap is {}; give the full turn of an angle in its unit (6.283185307179586 for rad), or 0", field, i,
            channel.wrap);
     if (channel.wrap != 0.0 && !(channel.wrap >= kSmallestNumber && channel.wrap <= kLargestNumber))
-      fail("{}[{}].wrap is {}; float32 wants it from {} to {}", field, i, channel.wrap, kSmallestNumber,
+      fail("{}[{}].wrap is {}; float32 requires it from {} to {}", field, i, channel.wrap, kSmallestNumber,
            kLargestNumber);
     for (std::size_t j = 0; j < i; ++j)
       if (channels[j].name == channel.name)
@@ -123,15 +123,15 @@ void check_sums(const Network& n, const Eigen::VectorXd& largest, const std::str
 }
 
 std::vector<SeenChange> seen_of_turn(const Model& m, int output) {
-  // Rounding in features * [S; I] is a few units in the last place of its largest term; a feature that really reads an
-  // angle is off by a fraction of one.
+  // Rounding in features * [S; I] is a few units in the last place of its largest term. A feature that really reads an
+  // angle changes by a fraction of that term.
   constexpr double kTurnTolerance = 1e-9;
   const Eigen::MatrixXd& features = inverse_map(m)->features;
   Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.nr());
   turn.head(m.nz()) = steady_gain(m).col(output);
   turn(m.nz() + output) = 1.0;
   const Eigen::VectorXd seen = features * turn;
-  // Against the largest entry of S, not each row's own: the quadrature part of a unit-gain pair is a rounded zero.
+  // Relative to the largest entry of S, because the quadrature row of a unit-gain pair is zero up to rounding.
   const Eigen::VectorXd largest = features.rowwise().lpNorm<1>() * turn.lpNorm<Eigen::Infinity>();
   std::vector<SeenChange> changes;
   for (Eigen::Index i = 0; i < seen.size(); ++i)

@@ -7,11 +7,11 @@
 
 namespace nlo::codegen {
 
-/// N samples from a reset on, as integers: the counts of a sensor with some 14 bits.
+/// N samples after a reset, as integers: the counts of a sensor with some 14 bits.
 struct FlightRun {
-  Eigen::MatrixXi outputs;  ///< n_y x N, noise included; angles less whole turns
+  Eigen::MatrixXi outputs;  ///< n_y x N, noise included; angles without whole turns
   Eigen::MatrixXi inputs;   ///< n_u x N
-  Eigen::VectorXi dt;       ///< N, time since the sample before; size 0: one sample period each
+  Eigen::VectorXi dt;       ///< N, time since the last sample; size 0: one sample period each
 };
 
 /// value = step * count. Steps are powers of two and counts have 24 bits at most, so that floats hold every value.
@@ -29,7 +29,7 @@ struct Flight {
 
 inline constexpr int kMostFlightCount = 1 << 24;    ///< |count|
 inline constexpr int kMostFlightSamples = 1 << 20;  ///< sum over all runs
-/// The power of two next to 2^-14 of `range` from above, or larger where `largest`, of all |value|, asks for it.
+/// Returns the smallest power of two >= 2^-14 `range`; a larger one if `largest`, the largest |value|, needs it.
 double flight_step(double range, double largest);
 
 }  // namespace nlo::codegen

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Ranges of the readings in flight (nlo/measurement.h).
 //   an angle           is unwrapped, and accepted within +-2^16 turns
-//   a relative output  (T* reads it only through z - S y) is unwrapped with a wrap W of its own. W is a power of two,
-//     so
-//                      that subtracting W is exact. The output is accepted within +-64 W
+//   a relative output  (T* reads it only through z - S y) is unwrapped with its own wrap W, a power of two, so that
+//                      subtracting W is exact.
+//                      The output is accepted within +-64 W
 //   any other          is clamped to its declared range
 // W exists only in flight: for training and evaluation such an output is not an angle.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace nlo::codegen {
 
-/// n_r each.
+/// Ranges of the readings, n_r each.
 struct FlownRanges {
   Eigen::VectorXd min, max;            ///< measurements beyond are clamped, or held if the reading wraps
   Eigen::VectorXd wrap;                ///< 0: clamped
@@ -28,7 +28,7 @@ FlownRanges flown_ranges(const Model& model);
 /// twice its farther end, so that readings within the range are used unchanged.
 double relative_wrap(const Model& model, int reading);
 
-/// angle / turn, rounded to an integer as in flight; exactly half a turn counts as none.
+/// Returns angle / turn, rounded to an integer as in flight; 0 for exactly half a turn.
 double whole_turns(double angle, double turn);
 
 }  // namespace nlo::codegen

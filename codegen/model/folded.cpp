@@ -26,7 +26,7 @@ const FoldedNetwork* FoldedModel::inverse_map() const {
 
 namespace {
 
-/// The products of all features with clocks, each once, in rising order.
+/// Returns the products of all features with clocks, each once, in rising order.
 std::vector<ClockProduct> products_of(const Network& n, Eigen::Index inputs) {
   std::vector<ClockProduct> products;
   for (std::size_t f = 0; f < n.feature_clocks.size(); ++f)
@@ -37,8 +37,8 @@ std::vector<ClockProduct> products_of(const Network& n, Eigen::Index inputs) {
   return products;
 }
 
-/// Moves row i of the gain, which is a feature's, to the products with its clock: its offset becomes a multiple of the
-/// clock itself.
+/// Moves row i of the gain, which belongs to a feature, to the products with its clock. The offset of the row becomes a
+/// multiple of the clock.
 void multiply_by_clock(Eigen::Index i, Eigen::Index clock, const std::vector<ClockProduct>& products,
                        Eigen::MatrixXd& gain, Eigen::MatrixXd& offset) {
   const Eigen::Index inputs = gain.cols() - static_cast<Eigen::Index>(products.size());

@@ -17,7 +17,7 @@
 
 namespace nlo::codegen {
 
-/// in(factor) in(clock): a column that a folded network reads behind its inputs.
+/// The product in(factor) in(clock), which a folded network reads behind its inputs.
 struct ClockProduct {
   Eigen::Index factor, clock;
   auto operator<=>(const ClockProduct&) const = default;
@@ -33,7 +33,7 @@ Vector with_products(const std::vector<ClockProduct>& products, const Vector& in
   return all;
 }
 
-/// out = mlp(in) + linear_path in. The layers include normalisation and features. Where there are products, the first
+/// out = mlp(in) + linear_path in. The layers include normalisation and features. If there are products, the first
 /// layer and the linear path read [in; products].
 struct FoldedNetwork {
   std::string field;                          ///< its name in the model file
@@ -48,14 +48,14 @@ struct FoldedNetwork {
 
 struct FoldedModel {
   int stale_after = 0;
-  FlownRanges ranges;                   ///< as the readings fly (flown_ranges.h)
-  std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
-  StepMatrices step;                    ///< over one sample period; empty where the latent system is not linear
-  Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there
+  FlownRanges ranges;                   ///< ranges in flight (flown_ranges.h)
+  std::vector<FoldedNetwork> networks;  ///< in the order of networks(model)
+  StepMatrices step;                    ///< over one sample period; empty if the latent system is not linear
+  Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros in that case
   std::optional<FoldedErrorHead> error = {};
 
-  const FoldedNetwork& network(std::string_view field) const;  ///< must exist
-  const FoldedNetwork* inverse_map() const;                    ///< null where z is the estimate
+  const FoldedNetwork& network(std::string_view field) const;  ///< the network must exist
+  const FoldedNetwork* inverse_map() const;                    ///< null if z is the estimate
 };
 
 /// Folds a network. The result reads the first `inputs` inputs of the network; it must not depend on the others.

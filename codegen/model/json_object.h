@@ -13,10 +13,10 @@
 
 namespace nlo::codegen {
 
-/// With quotes and escapes. Throws Error when it is not UTF-8.
+/// Returns the text with quotes and escapes. Throws Error if it is not UTF-8.
 std::string json_text(std::string_view text);
 
-/// `[a, b]`. Throws Error when a number is not finite.
+/// Returns `[a, b]`. Throws Error if a number is not finite.
 template <class Vector>
 std::string json_array(const Vector& values) {
   std::string text = "[";

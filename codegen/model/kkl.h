@@ -10,14 +10,14 @@
 namespace nlo::codegen {
 
 /// z' = D z + F y. D is block diagonal: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues. z starts
-/// at the model's initial latent; with starts_steady at that plus S y_0, S = -D^-1 F the steady state per unit of y.
+/// at the initial latent of the model. With starts_steady S y_0 is added, S = -D^-1 F: the steady state per unit of y.
 struct LinearLatent {
   int pairs = 0;
   Eigen::VectorXd eigenvalues;       ///< n_z [1/s]: (re, im) of each pair, then the real ones
-  Eigen::MatrixXd output_injection;  ///< F, n_z x n_r; a zero row is a clock: exp(lambda t) from its initial latent
+  Eigen::MatrixXd output_injection;  ///< F, n_z x n_r; the state of a zero row is a clock, exp(lambda t) z(0)
   bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
-  /// Outputs, beside the angles, that T* reads only through z - S y; indices, rising. The domain does not depend on a
-  /// constant that is added to them, and they are not clamped (flown_ranges.h).
+  /// Rising indices of the outputs, other than angles, that T* reads only through z - S y. A constant that is added to
+  /// such an output does not change the domain, and the output is not clamped (flown_ranges.h).
   std::vector<int> relative_outputs = {};
 };
 

@@ -11,18 +11,18 @@
 namespace nlo::codegen {
 
 struct StepMatrices {
-  Eigen::VectorXd a_minus_1;  ///< n_z, laid out as the eigenvalues are: (re, im) of each pair, then real modes
+  Eigen::VectorXd a_minus_1;  ///< n_z, in the order of the eigenvalues: (re, im) of each pair, then real modes
   Eigen::MatrixXd b0, b1;     ///< n_z x n_r
 };
 
-/// Discretises (D, F) over a step of `dt_s`. An rk4 model is stepped by the first-order hold when `dt_s` is not its
-/// sample period: its coefficients approximate that hold, and are stable only near the period.
+/// Discretises (D, F) over a step of `dt_s`. If `dt_s` is not the sample period, an rk4 model is stepped by the
+/// first-order hold, because its own coefficients approximate that hold and are stable only near the sample period.
 StepMatrices latent_step(const Model& model, double dt_s);
 
 /// Further coefficients of a driven KKL observer: D and F over half the step, and the weights of phi(z) u.
 struct ForcedStepMatrices {
   StepMatrices half;
-  ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, laid out as the eigenvalues are
+  ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, in the order of the eigenvalues
 };
 ForcedStepMatrices forced_latent_step(const Model& model, double dt_s);
 

@@ -15,7 +15,7 @@ struct Luenberger {
   Eigen::MatrixXd output_matrix;      ///< C, n_y x n_x
   Eigen::MatrixXd gain;               ///< G, n_x x n_y; A - G C must be Hurwitz
   Network nonlinearity;               ///< g_hat, n_x -> n_x
-  Eigen::MatrixXd input_matrix = {};  ///< B, n_x x n_u; 0 x 0 where the model has no inputs
+  Eigen::MatrixXd input_matrix = {};  ///< B, n_x x n_u; 0 x 0 if the model has no inputs
 };
 
 }  // namespace nlo::codegen

@@ -27,19 +27,19 @@ struct Model {
   std::vector<Channel> outputs;  ///< measured outputs, then computed ones (computed_outputs.h)
   std::vector<Channel> states;
 
-  /// Known inputs u that the observer reads beside y: where an equation of structures/ says y, it means [y; u]. Empty:
-  /// none. (A driven_kkl observer, on whose estimate u acts, has inputs of its own.)
+  /// Known inputs u that the observer reads beside y: in the equations of structures/, y then stands for [y; u]. Empty:
+  /// none. (A driven_kkl observer, whose inputs act on the estimate, has its own field.)
   std::vector<Channel> inputs = {};
   /// Zero order: u has acted since the last sample (a command). First order: like the outputs.
   Hold input_hold = Hold::kZeroOrder;
-  Eigen::VectorXd input_min, input_max;  ///< n_u: inputs outside are clamped
+  Eigen::VectorXd input_min, input_max;  ///< n_u: range; inputs outside of it are clamped
 
-  /// Outputs that may be missing. Their stalenesses are the last readings: then y in an equation means [y; u;
+  /// Outputs that may be missing. Their stalenesses are the last readings: in the equations, y then stands for [y; u;
   /// staleness].
   SensorFailures failures = {};
 
   double sample_period_s = 0.0;
-  Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp (KKL: by one Runge-Kutta step)
+  Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp; in a KKL observer stepped by Runge-Kutta
   Eigen::VectorXd initial_latent;  ///< n_z, before the first sample
 
   Eigen::VectorXd output_min, output_max;  ///< n_y: declared ranges; see flown_ranges.h
@@ -58,14 +58,14 @@ struct Model {
   std::optional<Monitor> monitor = {};  ///< made by `nlo monitor`
   std::optional<ErrorHead> error = {};  ///< none: the model gives no intervals
 
-  Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
+  Flight flight = {};  ///< without runs: a model made by hand, or by a version that recorded none
 
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }
   int nz() const { return static_cast<int>(initial_latent.size()); }
   int measured() const;  ///< number of outputs that step() takes: n_y without computed ones
   int nu() const;        ///< number of known inputs that step() takes
-  int nr() const {       ///< number of readings: outputs, inputs that are read, stalenesses
+  int nr() const {       ///< number of readings: outputs, inputs that are readings, stalenesses
     return ny() + static_cast<int>(inputs.size() + failures.outputs.size());
   }
 };
@@ -75,7 +75,7 @@ template <class NetworkType>
 struct Named {
   std::string field;  ///< "drive.forward_map"
   NetworkType* network;
-  Eigen::Index reads;  ///< number of its first inputs that matter: n_z of [z; y] if y has no weight
+  Eigen::Index reads;  ///< number of leading inputs that it uses: n_z of [z; y] if y has no weight
 };
 
 // Properties of models of any structure.

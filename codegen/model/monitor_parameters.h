@@ -21,11 +21,11 @@ struct Monitor {
   Eigen::MatrixXd mean_limit, variance_limit, correlation_limit;  ///< n_y x windows
   Eigen::VectorXd latent_limit;                                   ///< one for each window
   Eigen::VectorXd missing_limit;                                  ///< n_y, a share
-  double gate = 0.0;                   ///< in deviations; its square is kNoLimit where the gate stays open
-  Eigen::VectorXd most_equal;          ///< n_y, equal readings in a row after which a sensor is frozen; 0: never
-  Eigen::VectorXd resting;             ///< n_y, in the outputs' units: the reading that may stay the same while ...
-  Eigen::VectorXd reference_sensor;    ///< n_y, ... this output is at rest, too ...
-  Eigen::VectorXd rest_min, rest_max;  ///< n_y, ... within this range
+  double gate = 0.0;                 ///< in deviations; its square is kNoLimit if the gate is always open
+  Eigen::VectorXd most_equal;        ///< n_y, equal readings in a row after which a sensor is frozen; 0: never
+  Eigen::VectorXd resting;           ///< n_y, in the outputs' units: the reading of a sensor at rest, which may repeat
+  Eigen::VectorXd reference_sensor;  ///< n_y, index of the output that shows whether the sensor is at rest
+  Eigen::VectorXd rest_min, rest_max;  ///< n_y, range of that output at rest
   Eigen::VectorXd most_moved;          ///< n_y, predicted change during equal readings after which a sensor is frozen,
                                        ///< in deviations of the innovation; 0: never
   Eigen::VectorXd motion;              ///< n_y, growth of the innovation per mean deviation of z from its mean
@@ -34,8 +34,8 @@ struct Monitor {
   Eigen::VectorXd row_deviation;       ///< n_x, of x_hat from its fit, in the states' units; 0: not compared
   Eigen::VectorXd disagreement_limit;  ///< n_x, in deviations
   double armed_after_s = 0.0;
-  double false_alarms_per_hour = 0.0;  ///< rate for which the limits were set ...
-  double hours = 0.0;                  ///< ... on so many hours of runs
+  double false_alarms_per_hour = 0.0;  ///< rate for which the limits were set
+  double hours = 0.0;                  ///< length of the runs on which they were set [h]
   std::vector<std::string> lowered;    ///< limits that were lowered when the file was read; not written
 
   Eigen::Index windows() const { return windows_s.size(); }
@@ -44,9 +44,9 @@ struct Monitor {
   bool compares_row() const { return (row_deviation.array() != 0.0).any(); }
 };
 
-/// Returns true if no sensor is ever considered frozen.
+/// Sets the constants so that no sensor is ever considered frozen.
 void leave_out_frozen(Monitor& monitor, Eigen::Index outputs);
-/// Sets the size of innovations constant, and compares no state with its linear fit.
+/// Sets the constants so that the size of innovations is constant and no state is compared with its linear fit.
 void leave_out_motion_and_row(Monitor& monitor, Eigen::Index outputs, Eigen::Index states, Eigen::Index features);
 
 /// Counts successive equal readings of output j, and adds up the predicted changes meanwhile.

@@ -33,10 +33,10 @@ struct DenseLayer {
 struct Network {
   Eigen::MatrixXd features;  ///< n_u x n_in
   Eigen::VectorXd feature_mean, feature_scale;
-  std::vector<int> feature_clocks = {};       ///< row of z that multiplies each, or -1; empty: none
-  Activation activation = Activation::kTanh;  ///< after every layer but the last; one that can be trained
+  std::vector<int> feature_clocks = {};       ///< for each feature the row of z that multiplies it, or -1; empty: none
+  Activation activation = Activation::kTanh;  ///< after every layer but the last; an activation that can be trained
   std::vector<DenseLayer> layers;             ///< at least one; the last has n_out rows
-  Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0 when there is none
+  Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0: none
   Eigen::VectorXd output_mean, output_scale;
   std::vector<double> largest_activations = {};  ///< one for each hidden layer, over the training data; empty: unknown
 
@@ -44,7 +44,7 @@ struct Network {
   int outputs() const { return static_cast<int>(output_mean.size()); }
 };
 
-/// The row of z that multiplies feature f, or -1.
+/// Returns the row of z that multiplies feature f, or -1.
 inline int clock_of(const Network& network, Eigen::Index f) {
   return network.feature_clocks.empty() ? -1 : network.feature_clocks[static_cast<std::size_t>(f)];
 }

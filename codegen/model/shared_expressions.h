@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Several expressions, whose common parts are evaluated once.
+// Several expressions whose common parts are evaluated once.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace nlo::codegen {
 
-/// Expressions whose common parts are evaluated once: reading `first` + k of the rows, and of later parts, is parts[k].
+/// Expressions whose common parts are evaluated once. Reading `first` + k of the rows and of later parts is parts[k].
 struct SharedExpressions {
   static constexpr std::size_t kMostParts = 512;
   std::vector<Expression> parts, rows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The writing half and the entry points; model_reader.cpp has parse_model().
+// Writes model files, and has the entry points; parse_model() is in model_reader.cpp.
 #include "codegen/model_file/model_file.h"
 
 #include <fmt/format.h>

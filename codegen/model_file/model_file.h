@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Model files: JSON with the fields of codegen/model/model.h by their names, "format": "nlo-model" and a version.
-// Numbers are written in their shortest form that reads back to the same bits; the same model gives the same bytes.
-// Files of older versions are read too (model_upgrade.h); docs/model_files.md has the policy.
+// Numbers are written in the shortest form that reads back to the same bits, and the same model gives the same bytes.
+// Files of older versions can be read (model_upgrade.h); docs/model_files.md says for how long.
 #pragma once
 
 #include <string>
@@ -11,20 +11,21 @@
 
 namespace nlo::codegen {
 
-/// Reads and validates. Throws Error: `FILE: FIELD: reason and remedy`.
+/// Reads and validates a model file. Throws Error: `FILE: FIELD: reason and remedy`.
 Model read_model(const std::string& path);
 
-/// Reads a model from text. Messages name `origin` in place of the file.
+/// Reads a model from text. Messages contain `origin` instead of a file name.
 Model parse_model(std::string_view json, const std::string& origin);
 
-/// One line per matrix row. Throws Error when a number is not finite or a text is not UTF-8.
+/// Returns the text of a model file, with one line for each matrix row. Throws Error if a number is not finite or a
+/// text is not UTF-8.
 std::string to_json(const Model& model);
 
-/// Validates, then replaces the file atomically, so that the file on disk can always be read again.
+/// Validates a model, then replaces the file atomically, so that there is always a readable file on the disk.
 void write_model(const Model& model, const std::string& path);
 
-/// Writes like write_model() over the file that the model was made from, whose text was `read`. Throws Error if the
-/// file has changed since.
+/// Writes like write_model() over the file from which the model was made. `read` is the text that was read. Throws
+/// Error if the file has changed since then.
 void rewrite_model(const Model& model, const std::string& path, std::string_view read);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// parse_model(): JSON to a validated model. Every field must be there (but a few that are asked for with has()), no
-// other may be, and each has one type.
+// parse_model() turns JSON into a validated model. Every field is required, except those that has() checks. Unknown
+// fields are errors. Each field has one type.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kDeepest = 8;  // a model nests 7 levels: { drive { forward_map { layers [ { weights [ [
 
-/// A text for each of `channels`, all of one length.
+/// Reads one text for each of `channels`; all have the same length.
 Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
   if (static_cast<Eigen::Index>(field.array_size()) != channels)
     field.fail(fmt::format("has {} texts; it must have one for each of {} channels", field.array_size(), channels));
@@ -75,7 +75,7 @@ std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
   return list;
 }
 
-/// The version of the file, one that this program reads. Throws Error when it is no model file or a newer one.
+/// Returns the version of the file. Throws Error if the text is no model file or has a newer version than this program.
 int version_of(const Field& file) {
   if (!file.value.is_object() || !file.value.contains("format") || file.value["format"] != "nlo-model")
     throw Error("is JSON but no nlo model (no \"format\": \"nlo-model\"); give the model.json that nlo train wrote");
@@ -145,7 +145,7 @@ Model model_of(const Field& file) {
   return m;
 }
 
-/// Refuses text that the JSON library would accept: unlimited nesting, and keys given twice (it keeps one of them).
+/// Refuses text that the JSON library would accept: unlimited nesting, and duplicate keys, of which it would keep one.
 class Guard {
  public:
   bool operator()(int depth, Json::parse_event_t event, Json& parsed) {

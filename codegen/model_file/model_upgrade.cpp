@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Version 1 knew one structure, KKL, whose inverse map lay among the fields of the model.
+/// Version 1 had only the structure KKL, and its inverse map was among the fields of the model.
 void from_1(Json& file) {
   constexpr std::pair<const char*, const char*> kMoved[] = {{"features", "features"},
                                                             {"feature_mean", "feature_mean"},

@@ -30,7 +30,7 @@ constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 8> kVec
     {"latent_limit", &Monitor::latent_limit},
     {"missing_limit", &Monitor::missing_limit},
 }};
-/// Only where a sensor may be frozen.
+/// Fields of a monitor that detects frozen sensors.
 constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 6> kFrozen = {{
     {"most_equal", &Monitor::most_equal},
     {"resting", &Monitor::resting},
@@ -39,7 +39,7 @@ constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 6> kFro
     {"rest_max", &Monitor::rest_max},
     {"most_moved", &Monitor::most_moved},
 }};
-/// Only where states are compared with their linear fit.
+/// Fields of a monitor that compares states with their linear fit.
 constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 3> kRow = {{
     {"row_offset", &Monitor::row_offset},
     {"row_deviation", &Monitor::row_deviation},
@@ -68,8 +68,8 @@ void check_within(const Eigen::MatrixXd& values, double least, double most, cons
 
 constexpr double kMostSquare = kLargestInnovation * kLargestInnovation;
 
-/// The largest value that a statistic keeps while a fault lasts: a constant innovation c leads p and v to c^2, so that
-/// their ratio is 1.
+/// The largest value that a statistic keeps during a fault. A constant innovation c makes p and v approach c^2, so
+/// their ratio approaches 1.
 struct Reach {
   const char* limit;
   double most;
@@ -89,7 +89,8 @@ bool lower(Limits& limits, double reach) {
   return any;
 }
 
-/// A limit that its statistic cannot reach is an alarm that never fires: it is an error, unless it says so.
+/// If a statistic cannot reach its limit, the alarm can never be raised. This is an error, unless the limit is
+/// kNoLimit.
 void check_limit(const Eigen::MatrixXd& limits, double least, double reach, const std::string& field) {
   check_within(limits, least, kNoLimit, field);
   for (const double limit : limits.reshaped())
@@ -190,7 +191,7 @@ void check_monitor(const Model& model) {
   for (std::size_t i = 0; i < kReaches.size(); ++i)
     check_limit(limited[i], kLeast, kReaches[i].most, fmt::format("monitor.{}", kReaches[i].limit));
   for (const auto& [name, member] : kFrozen) check_shape(m.*member, model.ny(), fmt::format("monitor.{}", name), "n_y");
-  constexpr double kMostEqual = 65534;  // counted in 16 bits, of which the largest value means frozen
+  constexpr double kMostEqual = 65534;  // equal readings are counted in 16 bits; the largest count means frozen
   check_within(m.most_equal, 0.0, kMostEqual, "monitor.most_equal");
   check_within(m.reference_sensor, 0.0, model.measured() - 1, "monitor.reference_sensor");
   for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"reference_sensor", &m.reference_sensor}})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The monitor of a model file: written, read, checked.
+// Writes, reads and checks the monitor of a model file.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace nlo::codegen {
 
 std::string monitor_json(const Monitor& monitor, const std::string& indent);
 
-/// Reads the monitor of a model of so many states. A limit that its statistic cannot reach, as files of nlo 0.2.0 have
-/// them, is lowered to one that it can, and named in Monitor::lowered.
+/// Reads the monitor of a model with `states` states. Files of nlo 0.2.0 may have limits that their statistics cannot
+/// reach. They are lowered to limits that can be reached, and Monitor::lowered names them.
 Monitor monitor(const Field& field, Eigen::Index states);
 
-/// Throws Error unless the model's monitor fits the model and each of its alarms can fire.
+/// Throws Error unless the monitor fits the model and each of its alarms can be raised.
 void check_monitor(const Model& model);
 
 }  // namespace nlo::codegen

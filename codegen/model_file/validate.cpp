@@ -22,21 +22,21 @@ void check_inputs(const Model& m) {
   check_shape(m.input_max, count, "input_max", "n_u");
   if (m.inputs.empty()) return;
   if (!module_of(m).reads_inputs())
-    fail("inputs has no use in a {} observer, which has its own; leave it out", structure_name(m));
+    fail("inputs is not used by a {} observer, which has its own field; leave it out", structure_name(m));
   check_channels(m.inputs, "inputs");
   check_range(m.input_min, m.input_max, "input");
   for (std::size_t i = 0; i < m.inputs.size(); ++i) {
-    if (m.inputs[i].wrap != 0.0)
-      fail("inputs[{}].wrap is {}; an input is taken as it comes: write 0", i, m.inputs[i].wrap);
+    if (m.inputs[i].wrap != 0.0) fail("inputs[{}].wrap is {}; an input is not unwrapped: write 0", i, m.inputs[i].wrap);
     for (const Channel& output : m.outputs)
       if (output.name == m.inputs[i].name)
-        fail("inputs[{}] is called \"{}\", as an output is; rename one", i, output.name);
+        fail("inputs[{}] is called \"{}\", like an output; rename one", i, output.name);
   }
   if (m.input_hold == Hold::kRk4)
     fail("input_hold is unknown; use zero_order (a command that has acted since the last sample) or first_order");
   if (m.input_hold == Hold::kFirstOrder && m.hold == Hold::kZeroOrder)
     fail(
-        "input_hold is first_order, and hold zero_order; an input runs as the outputs do, or is a command: zero_order");
+        "input_hold is first_order, and hold zero_order; an input is interpolated like the outputs, or it is a "
+        "command: zero_order");
 }
 
 /// Checks that outputs are computed only from readings that the structure can have.
@@ -48,9 +48,9 @@ void check_computed(const Model& m) {
              (*channels)[i].expression);
   const ComputedOutputs computed(m.outputs, m.inputs);
   if (computed.none()) return;
-  if (computed.first() == 0) fail("outputs are all computed; an observer measures one at least");
+  if (computed.first() == 0) fail("outputs are all computed; an observer needs at least one measured output");
   if (!module_of(m).computes_outputs())
-    fail("outputs[{}].expression is of structure {}, and this model is {}; leave it out", computed.first(),
+    fail("outputs[{}].expression exists only for structure {}, but this model is {}; leave it out", computed.first(),
          names_of_structures([](const StructureModule& s) { return s.computes_outputs(); }), structure_name(m));
   const auto may_fail = [&](int output) {
     const std::vector<int>& failing = m.failures.outputs;
@@ -60,7 +60,7 @@ void check_computed(const Model& m) {
     const int output = computed.first() + static_cast<int>(i);
     const std::vector<int>& reads = computed.all()[i].reads();
     if (std::any_of(reads.begin(), reads.end(), may_fail) && !may_fail(output))
-      fail("may_fail.outputs lacks {}: \"{}\" is computed of an output that may be missing", output,
+      fail("may_fail.outputs lacks {}: \"{}\" is computed from an output that may be missing", output,
            m.outputs[static_cast<std::size_t>(output)].name);
   }
 }
@@ -70,11 +70,11 @@ void check_failures(const Model& m) {
   check_shape(f.rest, static_cast<Eigen::Index>(f.outputs.size()), "may_fail.rest", "one for each of may_fail.outputs");
   if (f.none()) return;
   if (!module_of(m).reads_stalenesses())
-    fail("may_fail is of structure {}, and this model is {}; leave it out",
+    fail("may_fail exists only for structure {}, but this model is {}; leave it out",
          names_of_structures([](const StructureModule& s) { return s.reads_stalenesses(); }), structure_name(m));
   if (!(f.staleness_s > 0.0) || !std::isfinite(f.staleness_s))
     fail("may_fail.staleness_s is {}; it must be positive", f.staleness_s);
-  // A faster one is gone by the next sample, a slower one float32 cannot tell from none.
+  // A faster one has decayed by the next sample, and float32 cannot distinguish a slower one from none.
   constexpr double kShortest = 1e-3, kLongest = 1e6;
   if (!(f.staleness_s >= kShortest * m.sample_period_s && f.staleness_s <= kLongest * m.sample_period_s))
     fail("may_fail.staleness_s is {}; it must be from {:g} to {:g} sample periods of {} s", f.staleness_s, kShortest,
@@ -92,7 +92,7 @@ void check_failures(const Model& m) {
   }
 }
 
-/// Channels that have a period of their own.
+/// Checks the channels that have their own period.
 void check_periods(const Model& m) {
   for (const auto& [channels, field] : {std::pair{&m.inputs, "inputs"}, std::pair{&m.states, "states"}})
     for (std::size_t i = 0; i < channels->size(); ++i)
@@ -117,18 +117,18 @@ void check_periods(const Model& m) {
 void check_saturation(const Model& m) {
   if (!m.saturates()) return;
   if (!module_of(m).saturates())
-    fail("saturation is of structure {}, and this model is {}; leave it out",
+    fail("saturation exists only for structure {}, but this model is {}; leave it out",
          names_of_structures([](const StructureModule& s) { return s.saturates(); }), structure_name(m));
   if (!(m.saturation > 0.0) || !std::isfinite(m.saturation))
     fail("saturation is {}; it must be a positive number of half ranges of z, or be left out", m.saturation);
   const LatentReach reach(m);
   for (Eigen::Index r = 0; r < m.nz(); ++r)
     if (!(reach.min(r) >= -kLargestNumber && reach.max(r) <= kLargestNumber))
-      fail("saturation is {} and lets T* read z[{}] from {} to {}; float32 wants it within +-{}", m.saturation, r,
+      fail("saturation is {} and lets T* read z[{}] from {} to {}; float32 requires it within +-{}", m.saturation, r,
            reach.min(r), reach.max(r), kLargestNumber);
 }
 
-/// Turns are counted in an int32, and an angle keeps its place within a turn in float32's 24 bits.
+/// Turns are counted in an int32, and the angle within a turn needs the 24 bits of float32.
 void check_turns(const Model& m) {
   constexpr double kMostTurns = 1e5;
   for (int j = 0; j < m.ny(); ++j) {
@@ -147,7 +147,8 @@ void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
   if (!(m.sample_period_s >= kSmallestNumber && m.sample_period_s <= kLargestNumber))
-    fail("sample_period_s is {}; float32 wants it from {} to {}", m.sample_period_s, kSmallestNumber, kLargestNumber);
+    fail("sample_period_s is {}; float32 requires it from {} to {}", m.sample_period_s, kSmallestNumber,
+         kLargestNumber);
   check_shape(m.output_min, m.ny(), "output_min", "n_y");
   check_shape(m.output_max, m.ny(), "output_max", "n_y");
   check_range(m.output_min, m.output_max, "output");
@@ -163,7 +164,7 @@ void check_sampling(const Model& m) {
   check_shape(m.initial_latent, nz, "initial_latent", "n_z");
   for (Eigen::Index r = 0; r < nz; ++r)
     if (!(std::abs(m.initial_latent(r)) <= kLargestNumber))
-      fail("initial_latent[{}] is {}; float32 wants it within +-{}", r, m.initial_latent(r), kLargestNumber);
+      fail("initial_latent[{}] is {}; float32 requires it within +-{}", r, m.initial_latent(r), kLargestNumber);
   check_shape(m.latent_min, nz, "latent_min", "n_z");
   check_shape(m.latent_max, nz, "latent_max", "n_z");
   check_range(m.latent_min, m.latent_max, "latent");
@@ -190,7 +191,8 @@ void check_error(const Model& m) {
   check_shape(head.log_max, m.nx(), "error.log_max", "n_x");
   check_shape(head.factor_68, m.nx(), "error.factor_68", "n_x");
   check_shape(head.factor_95, m.nx(), "error.factor_95", "n_x");
-  constexpr double kMostLog = 60.0, kMostFactor = 1e3;  // a sigma that float and nlo/error_head.h can hold
+  // Largest log sigma and factor that float and nlo/error_head.h can represent.
+  constexpr double kMostLog = 60.0, kMostFactor = 1e3;
   for (Eigen::Index i = 0; i < m.nx(); ++i) {
     if (!(head.log_min(i) <= head.log_max(i) && head.log_min(i) >= -kMostLog && head.log_max(i) <= kMostLog))
       fail("error.log_min[{0}] is {1} and error.log_max[{0}] is {2}; they must rise and be within +-{3}", i,

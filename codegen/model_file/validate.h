@@ -7,7 +7,7 @@
 
 namespace nlo::codegen {
 
-/// Throws Error naming the field (`inverse_map.layers[2].weights[4][7]`), the reason and the remedy.
+/// Throws Error with the field (`inverse_map.layers[2].weights[4][7]`), the reason and the remedy.
 void validate(const Model& model);
 
 }  // namespace nlo::codegen

@@ -11,13 +11,13 @@
 
 namespace nlo::codegen {
 
-/// Readings that act on the latent state from one sample to the next.
+/// Readings that act on the latent state between two samples.
 template <class Scalar>
 struct Between {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const Vector &y, &y_next;  ///< readings, n_r; inputs among them as ReferenceObserver takes them
-  const Vector &u, &u_next;  ///< n_u, inputs that act apart from the readings; empty where there are none
-  /// For each output whether it was measured at y_next; the others are held there or fade. Null: all were.
+  const Vector &y, &y_next;  ///< readings, n_r, with their inputs as in ReferenceObserver
+  const Vector &u, &u_next;  ///< n_u, inputs that act apart from the readings; may be empty
+  /// For each output: true if it was measured at y_next. The others are held or fade. Null: all were measured.
   const std::vector<bool>* arrived = nullptr;
 };
 
@@ -29,28 +29,28 @@ class ReferenceDynamics {
 
   virtual ~ReferenceDynamics() = default;
 
-  /// The first sample: z (n_z x B), so far the initial latent, as it starts with the readings y (n_r x B).
-  ///   arrived  for each output whether it was measured; null: all were
+  /// Starts z (n_z x B), which holds the initial latent, at the first sample with the readings y (n_r x B).
+  ///   arrived  for each output: true if it was measured; null: all were measured
   virtual void start(Matrix& z, const Matrix& y, const std::vector<bool>* arrived) const {
     (void)z;
     (void)y;
     (void)arrived;
   }
 
-  /// z (n_z) one step of `dt_s` on, in place.
+  /// Advances z (n_z) by a step of `dt_s`, in place.
   virtual void advance(Vector& z, const Between<Scalar>& over, double dt_s) = 0;
 
-  /// A longer step is refused [s].
+  /// Returns the longest step [s]; longer ones are refused.
   virtual double longest_step_s() const { return std::numeric_limits<double>::infinity(); }
 
   /// Turns the output of T*, n_x x B, into the estimate, in place.
   virtual void finish(Matrix& x_hat) const { (void)x_hat; }
 
-  /// dz/dt, n_z x B, at z (n_z x B) and y (n_y x B); one u (n_u) for all, empty: none.
+  /// Returns dz/dt, n_z x B, at z (n_z x B) and y (n_y x B). u (n_u) is the same for all columns; empty: no inputs.
   virtual Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const = 0;
 };
 
-/// [z; y], column by column.
+/// Returns [z; y], column by column.
 template <class Scalar>
 Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> stacked(
     const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& z,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the reference steps by the Runge-Kutta method: in pieces of about one sample period, as the runtime does
+// Steps of the reference by the Runge-Kutta method, in pieces of about one sample period as in the runtime
 // (nlo/explicit_rk.h).
 #pragma once
 
@@ -12,14 +12,14 @@
 
 namespace nlo::codegen {
 
-/// A signal between two samples.
+/// Returns a signal between two samples.
 template <class Vector, class Scalar>
 Vector held(Hold hold, const Vector& from, const Vector& to, Scalar part) {
   if (hold == Hold::kZeroOrder) return from;
   return (Scalar(1) - part) * from + part * to;
 }
 
-/// z over one step of dt_s by dynamics.slope().
+/// Advances z by one step of dt_s with dynamics.slope().
 template <class Scalar>
 void integrate(const ReferenceDynamics<Scalar>& dynamics, Hold hold, double sample_period_s,
                Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& z, const Between<Scalar>& over, double dt_s) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The linear latent system in steps: z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}.
+// Steps of the linear latent system: z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +22,8 @@ struct LinearStep {
   Matrix a_minus_identity, b0, b1;
 };
 
-/// D, F and S of a model, and their steps: coefficients of the latest other step than the sample period are kept, as
-/// logs have few different ones in a row.
+/// Steps D, F and S of a model. Keeps the coefficients of the latest step that differed from the sample period, because
+/// successive steps of a log are often equal.
 template <class Scalar>
 class LinearSteps {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// quantise_test.cpp holds it against the runtime's templates.
+// quantise_test.cpp compares it with the runtime's templates.
 #include "codegen/reference/quantised_network.h"
 
 #include <nlo/kernels/arithmetic.h>
@@ -13,13 +13,13 @@ namespace {
 
 using Integers = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1>;
 
-/// Argument of tanh in Q16, limited to |argument| <= 8.
+/// Returns the argument of tanh in Q16, limited to |argument| <= 8.
 std::int32_t argument(int shift, std::int32_t sum) {
   constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
   return std::clamp(sum >> shift, -kEnd, kEnd - 1);
 }
 
-/// As kernels::int16::activated().
+/// Computes kernels::int16::activated().
 std::int32_t activated(Activation kind, int shift, std::int32_t sum) {
   if (kind == Activation::kRelu) return std::min(std::max(sum, 0) >> shift, kernels::int16::kOne);
   if (kind == Activation::kSilu) return kernels::int16::silu_q11(argument(shift, sum));
@@ -32,7 +32,7 @@ Integers sums(const QuantisedLayer& layer, const Integers& in) {
 
 }  // namespace
 
-// As kernels::int16::Blocks<rows>::kRows.
+// Equals kernels::int16::Blocks<rows>::kRows.
 Eigen::Index padded_rows(Eigen::Index rows) {
   const auto fours = [](Eigen::Index count) { return (5 - count % 5) % 5; };
   while (4 * fours(rows) > rows) ++rows;

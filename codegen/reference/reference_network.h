@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Evaluates a network (codegen/model/network.h) over columns of inputs, with nothing folded. Activations are the
-// standard library's, or the runtime's to see their effect. All code except flight and training uses this forward
-// pass.
+// Evaluates a network (codegen/model/network.h) over columns of inputs, with nothing folded. Activations are those of
+// the standard library, or of the runtime to measure their effect. All code except flight and training uses this
+// forward pass.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -23,16 +23,16 @@ class ReferenceNetwork {
   /// Copies the network, rounded to Scalar. With the runtime's activations, kTanh5e6 and kTanh5e5 are its coarser tanh.
   explicit ReferenceNetwork(const Network& network, Activations activations = Activations::kExact);
 
-  /// out (n_out x B) for each column of `in` (n_in x B).
+  /// Returns out (n_out x B) for each column of `in` (n_in x B).
   Matrix operator()(const Matrix& in) const;
 
-  /// d out / d in (in) directions (n_in x D), for one column of inputs: n_out x D.
+  /// Returns (d out / d in)(in) directions, n_out x D, for one column of inputs; directions: n_in x D.
   Matrix jvp(const Vector& in, const Matrix& directions) const;
 
-  /// The last hidden layer for each column of `in`: n_h x B. Of a network that has one.
+  /// Returns the last hidden layer for each column of `in`, n_h x B. The network must have a hidden layer.
   Matrix last_hidden(const Matrix& in) const;
 
-  /// Largest |activation| of each hidden layer over the columns of `in`.
+  /// Returns the largest |activation| of each hidden layer over the columns of `in`.
   std::vector<double> largest_activations(const Matrix& in) const;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace nlo::codegen {
 
-/// z(t + h) of z' = slope(c, z), c in [0, 1] the part of the step that is over.
+/// Returns z(t + h) of z' = slope(c, z), with c in [0, 1], the position in the step.
 template <class State, class Scalar, class Slope>
 State rk4_step(const State& z, Scalar h, const Slope& slope) {
   constexpr Scalar kHalf(0.5), kTwo(2);

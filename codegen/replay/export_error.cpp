@@ -16,24 +16,24 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kWanted = 10000;  // samples in the domain: the 99.9 % quantile leaves ten of them beyond it
-constexpr int kFewest = 1000;   // one beyond it
+constexpr int kWanted = 10000;  // samples in the domain; ten of them are above the 99.9 % quantile
+constexpr int kFewest = 1000;   // with these, one is above the quantile
 constexpr int kToneSamples = 1000;
 constexpr int kMostToneRuns = 40;
 
-/// The sensors' readings of a recorded run.
+/// Returns the readings of the sensors in a recorded run.
 ReplayInputs measured(const Flight& flight, const FlightRun& run) {
   ReplayInputs inputs{VectorXd::Zero(run.outputs.cols()), flight.output_step.asDiagonal() * run.outputs.cast<double>(),
                       flight.input_step.asDiagonal() * run.inputs.cast<double>()};
   if (run.inputs.size() == 0) inputs.inputs.resize(0, run.outputs.cols());
   if (run.dt.size() == 0) return inputs;
   inputs.dt_s = flight.dt_step_s * run.dt.cast<double>();
-  inputs.dt_s(0) = 0.0;  // nothing was before
+  inputs.dt_s(0) = 0.0;  // there is no earlier sample
   return inputs;
 }
 
-/// Readings (n_r x 2: low, high) at which the steady state z = S y of a KKL observer lies in its domain, or nearly so;
-/// the declared ranges where that says nothing.
+/// Returns readings (n_r x 2: low, high) for which the steady state z = S y of a KKL observer is in its domain, or
+/// nearly. If that determines nothing, returns the declared ranges.
 MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   const VectorXd low = reading_min(m), high = reading_max(m);
   MatrixXd ranges(m.nr(), 2);
@@ -42,8 +42,8 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   const VectorXd half_y = (high - low) / 2.0, middle_y = (high + low) / 2.0;
   MatrixXd gain = folded.steady_gain;
   for (int j = 0; j < m.nr(); ++j)
-    if (is_relative(m, j)) gain.col(j).setZero();  // the domain goes with it
-  // Least squares in units of the domain; outputs that no latent state follows keep their middle.
+    if (is_relative(m, j)) gain.col(j).setZero();  // its domain moves with the output
+  // Least squares in units of the domain. If no latent state depends on an output, its centre does not change.
   const MatrixXd scaled = half_z.cwiseInverse().asDiagonal() * gain * half_y.asDiagonal();
   if (scaled.isZero(0.0)) return ranges;
   const VectorXd off = (middle_z - gain * middle_y).cwiseQuotient(half_z);
@@ -57,7 +57,7 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   return ranges;
 }
 
-/// Both sides get the same measurements, for any scalar.
+/// Rounds to float, so that both sides get the same measurements for any scalar.
 MatrixXd in_float(const MatrixXd& values) {
   return values.cast<float>().cast<double>();
 }
@@ -67,7 +67,7 @@ MatrixXd in_float(const MatrixXd& values) {
 double quantile(std::vector<double> values, double p) {
   if (values.empty()) return 0.0;
   const auto size = static_cast<double>(values.size());
-  constexpr double kRounding = 1e-9;  // 0.999 times 11,000 is a hair above 10,989
+  constexpr double kRounding = 1e-9;  // 0.999 times 11,000 is slightly above 10,989
   const auto rank = static_cast<std::size_t>(std::clamp(std::ceil(p * size - kRounding), 1.0, size));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank - 1);
   std::nth_element(values.begin(), at, values.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules. Limits are found and
-// tested with it.
+// The equations of nlo/monitor.h with dynamic sizes, in double. It is the reference for its rules, and limits are found
+// and tested with it.
 #pragma once
 
 #include <nlo/monitor.h>
@@ -13,8 +13,8 @@
 
 namespace nlo::codegen {
 
-/// [z - S y; y; x_hat] of each sample of a run, (n_z + n_r + n_x) x N, for predictions. Entries that must
-/// not affect a prediction are zero: readings that T* uses only as z - S y, and estimates of angles that turn.
+/// Returns [z - S y; y; x_hat] of each sample of a run, (n_z + n_r + n_x) x N, for predictions. Entries that must not
+/// affect a prediction are zero: readings that T* only uses as z - S y, and estimates of angles that turn.
 Eigen::MatrixXd monitor_features(const Model& model, const Run& run);
 
 class ReferenceMonitor {
@@ -24,28 +24,28 @@ class ReferenceMonitor {
 
   void reset();
 
-  /// Returns the outputs (n_y) as the observer should be given them: NaN beyond the gate or of a frozen sensor.
-  /// `dt_s`: since the last sample; 0: one sample period.
+  /// Returns the outputs (n_y) that the observer should get: NaN for those that the gate rejects and for those of a
+  /// frozen sensor. `dt_s`: time since the last sample; 0: one sample period.
   Eigen::VectorXd usable_outputs(const Eigen::VectorXd& y, double dt_s = 0.0);
 
-  /// Judges a sample after the observer's step: z, readings as it took them (n_r, angles unwrapped), x_hat, and the
-  /// status of each output. `arrived`: whether each output arrived; empty: all did.
+  /// Judges a sample after the step of the observer: z, the readings that it used (n_r, angles unwrapped), x_hat, and
+  /// the status of each output. `arrived`: true for each output that arrived; empty: all arrived.
   void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat,
              const std::vector<StepStatus>& status, const std::vector<bool>& arrived = {});
 
-  /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then
-  /// the share of missing measurements of each output; then b of each state.
+  /// Each statistic divided by its limit: p / max(v, least), v, |r| of each output and window, then d of each window,
+  /// then the share of missing measurements of each output, then b of each state.
   const Eigen::VectorXd& levels() const { return levels_; }
 
-  /// As Monitor::widened(): sigma, n_x, times max(1, b / kOrdinaryDisagreement), or kUnknownSigma while there is an
-  /// alarm.
+  /// Returns sigma (n_x) as Monitor::widened() does: times max(1, b / kOrdinaryDisagreement), or kUnknownSigma during
+  /// an alarm.
   Eigen::VectorXd widened(const Eigen::VectorXd& sigma) const;
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
-  /// Measurements that usable_outputs() kept away since reset().
+  /// Number of measurements that usable_outputs() rejected since reset().
   Eigen::Index rejected() const { return all_rejected_; }
 
-  /// The alarm that each entry of levels() stands for, for a model with these limits.
+  /// Returns the alarm that belongs to each entry of levels(), for a model with these limits.
   static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);
 
  private:
@@ -66,22 +66,22 @@ class ReferenceMonitor {
   Eigen::Array<bool, Eigen::Dynamic, 1> missing_;
   std::vector<Repeats> repeats_;
   Eigen::VectorXi rejected_;
-  double place_ = 0.0;                    // mean |off| of the last sample
+  double place_ = 0.0;                    // mean |off| in the last sample
   bool gated_ = false, started_ = false;  // usable_outputs() has seen the next sample; watch() has seen one
   int samples_ = 0;
   Eigen::Index all_rejected_ = 0;
 };
 
-/// A whole trajectory from reset, as ReferenceObserver::run() computes it, with the monitor beside it.
+/// A whole trajectory from reset, as ReferenceObserver::run() computes it, and its monitor.
 struct WatchedRun {
   Run run;
   Eigen::MatrixXd levels;     ///< levels() x N
   std::vector<Alarm> alarms;  ///< N
-  int armed_after = 0;        ///< samples before levels above 1 are alarms
+  int armed_after = 0;        ///< number of samples before levels above 1 are alarms
   Eigen::Index rejected = 0;
 };
 
-/// Whether outputs pass usable_outputs() before the step.
+/// Outputs may pass usable_outputs() before the step, or not.
 enum class Gate { kUsed, kNotUsed };
 
 /// `time_s`: N time stamps whose differences are the steps; empty: each is one sample period.

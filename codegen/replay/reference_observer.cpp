@@ -17,7 +17,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Relative. Stamps of 10^5 s in double have steps good to 1e-8 at 1 kHz; float's z cannot tell either.
+/// Relative. Time stamps of 10^5 s in double give steps with errors of 1e-8 at 1 kHz, which do not change z in float.
 constexpr double kSameStep = 1e-8;
 
 const Model& validated(const Model& model) {
@@ -25,7 +25,7 @@ const Model& validated(const Model& model) {
   return model;
 }
 
-/// Whether z is within the bounds of the runtime.
+/// Returns true if z is within the limits of the runtime.
 template <class Vector>
 bool is_latent(const Vector& z) {
   return z.allFinite() && z.cwiseAbs().maxCoeff() <= typename Vector::Scalar(0x1p100);
@@ -182,7 +182,7 @@ void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::Vect
   started_ = true;
 }
 
-/// As in flight, for outputs that T* knows only relatively. Angles stay unwrapped.
+/// Turns back outputs that T* reads only relatively, as in flight. Angles stay unwrapped.
 template <class Scalar>
 void ReferenceObserver<Scalar>::turn_back() {
   const Eigen::VectorXd back = validation_->turn_back();
@@ -193,7 +193,7 @@ void ReferenceObserver<Scalar>::turn_back() {
 template <class Scalar>
 void ReferenceObserver<Scalar>::advance(double dt_s) {
   candidate_ = z_;
-  // A command given now has acted since the last sample.
+  // An input that is given now has acted since the last sample.
   const auto read = static_cast<Eigen::Index>(model_->inputs.size());
   if (model_->input_hold == Hold::kZeroOrder) last_y_.segment(model_->ny(), read) = next_y_.segment(model_->ny(), read);
   dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_, &validation_->arrived()}, dt_s);
@@ -204,7 +204,7 @@ void ReferenceObserver<Scalar>::advance(double dt_s) {
   }
 }
 
-/// The inverse map as matrix products over blocks of samples.
+/// Computes the inverse map by matrix products over blocks of samples.
 template <class Scalar>
 Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, const Matrix& y) const {
   constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
@@ -216,7 +216,7 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, 
   return x_hat;
 }
 
-/// x_hat for each column of z (n_z x B) and readings y (n_r x B).
+/// Returns x_hat for each column of z (n_z x B) and readings y (n_r x B).
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
   if (!inverse_map_) return z;
@@ -225,7 +225,7 @@ auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) co
   return x_hat;
 }
 
-/// z as T* reads it.
+/// Returns the z that T* reads.
 template <class Scalar>
 auto ReferenceObserver<Scalar>::saturated(const Matrix& z, const Matrix& y) const -> Matrix {
   if (!saturated_) return z;
@@ -236,7 +236,7 @@ auto ReferenceObserver<Scalar>::saturated(const Matrix& z, const Matrix& y) cons
   return within;
 }
 
-/// z, or [z; y].
+/// Returns z, or [z; y].
 template <class Scalar>
 auto ReferenceObserver<Scalar>::read_by_map(const Matrix& z, const Matrix& y) const -> Matrix {
   const Matrix within = saturated(z, y);

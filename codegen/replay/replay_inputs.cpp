@@ -13,7 +13,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// In [0, 1), the same on every platform.
+/// Random numbers in [0, 1) that are the same on every platform.
 class Uniform {
  public:
   explicit Uniform(std::uint64_t seed) : state_(seed) {}
@@ -24,7 +24,7 @@ class Uniform {
   std::uint64_t state_;
 };
 
-/// Six tones between one period per replay and one per 12 samples, |sum| <= 1.
+/// Sums of six tones, with periods from the whole replay to 12 samples; |sum| <= 1.
 Eigen::VectorXd tones(const Eigen::VectorXd& time_s, double sample_period_s, Uniform& uniform) {
   constexpr int kTones = 6;
   const double longest_s = static_cast<double>(time_s.size()) * sample_period_s, shortest_s = 12.0 * sample_period_s;
@@ -38,8 +38,8 @@ Eigen::VectorXd tones(const Eigen::VectorXd& time_s, double sample_period_s, Uni
   return sum;
 }
 
-/// `angle` less whole turns, in [low, low + turn), and not so near to where it wraps, or to half a turn, that rounding
-/// decides on which side it is.
+/// Returns `angle` without whole turns, in [low, low + turn). It is not so close to where it wraps, or to half a turn,
+/// that rounding decides on which side it is.
 double measured_angle(double angle, double low, double turn) {
   constexpr double kMargin = 0.01;
   for (const double edge : {low, turn / 2.0}) {
@@ -49,7 +49,7 @@ double measured_angle(double angle, double low, double turn) {
   return angle - turn * std::floor((angle - low) / turn);
 }
 
-/// In sample periods; not so near to 1.5 that rounding decides in how many pieces it is stepped.
+/// In sample periods. It is not so close to 1.5 that rounding decides into how many pieces the step is divided.
 double irregular_step(Uniform& uniform) {
   const double step = 0.4 + 1.6 * uniform();
   return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;
@@ -79,7 +79,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     for (int k = 0; k < samples; ++k) {
       double y = (from + to) / 2.0 + (turns ? 1.0 : amplitude) * 0.85 * (to - from) / 2.0 * tone(k);
       if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
-      // Two jumps of less than half a W each, and z has turned back.
+      // Two jumps of less than W / 2 each; after them z has turned back.
       if (turns_relative) y += 0.4 * relative_wrap(m, j) * ((k >= samples * 9 / 20) + (k >= samples * 6 / 10));
       inputs.outputs(j, k) = y;
     }
@@ -93,7 +93,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     if (kind < kMissedShare) {
       inputs.outputs(j, k) = missed;
     } else if (kind < kMissedShare + kOutsideShare) {
-      // A relative output reads the same some wraps W further on; rarely it reads beyond all that is accepted.
+      // A few wraps W do not change a relative output. Now and then it is outside of all that is accepted.
       const double wrap = relative_wrap(m, j);
       double& y = inputs.outputs(j, k);
       if (wrap > 0.0)
@@ -103,7 +103,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     }
   }
   const std::vector<int> slow = not_due(m);
-  for (int j = 0; j < m.measured(); ++j)  // a slow output comes when it is due, and is late once
+  for (int j = 0; j < m.measured(); ++j)  // a slow output arrives when it is due, and once it is late
     for (int k = 0; slow[static_cast<std::size_t>(j)] > 0 && k < samples; ++k) {
       const int period = slow[static_cast<std::size_t>(j)] + 1;
       const bool late = k >= samples / 4 && k < samples / 4 + 2 * period + stale_after;
@@ -112,7 +112,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
   for (int i = 0; i < m.nu(); ++i) {
     const Eigen::VectorXd tone = amplitude * tones(time_s, h, uniform);
     inputs.inputs.row(i) = tone;
-    if (!m.inputs.empty()) {  // read, so that its range is known
+    if (!m.inputs.empty()) {  // it is read, so its range is known
       const int j = m.ny() + i;
       const double from = ranges.size() != 0 ? ranges(j, 0) : m.input_min(i);
       const double to = ranges.size() != 0 ? ranges(j, 1) : m.input_max(i);

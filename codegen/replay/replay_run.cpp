@@ -15,7 +15,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The model with its networks folded, as it is exported.
+/// Returns the model with its folded networks, as it is exported.
 Model as_exported(Model m, const FoldedModel& folded) {
   std::size_t next = 0;
   for (const Named<Network>& n : networks(m)) *n.network = unfolded(folded.networks[next++], n.network->inputs());
@@ -26,7 +26,7 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
                  const ExportOptions& options) {
   ReplayRun run;
   run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude, {}, true);
-  if (options.scalar != ScalarType::kDouble) {  // both sides see the very same measurements
+  if (options.scalar != ScalarType::kDouble) {  // both sides get exactly the same measurements
     run.inputs.dt_s = run.inputs.dt_s.cast<float>().cast<double>().eval();
     run.inputs.outputs = run.inputs.outputs.cast<float>().cast<double>().eval();
     run.inputs.inputs = run.inputs.inputs.cast<float>().cast<double>().eval();
@@ -126,7 +126,7 @@ ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedM
   constexpr int kFewestSamples = 20, kMostSamples = 1000000;
   if (options.samples < kFewestSamples || options.samples > kMostSamples)
     throw Error(
-        fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewestSamples, kMostSamples));
+        fmt::format("{} replay samples are requested; choose {} to {}", options.samples, kFewestSamples, kMostSamples));
   constexpr double kSmallest = 1.0 / 64.0;
   for (double amplitude = 1.0;; amplitude /= 2.0) {
     ReplayRun run = run_at(amplitude, m, folded, quantised, options);

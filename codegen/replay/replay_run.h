@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An export against its model: replay inputs through the model's equations in double and, beside them, through the
-// exported arithmetic, emulated on this machine. Golden answers come from here; the stated error of an export comes
+// Compares an export with its model: runs replay inputs through the model's equations in double and through the
+// exported arithmetic, emulated on this machine. Golden outputs come from here; the stated error of an export comes
 // from export_error.h.
 #pragma once
 
@@ -16,27 +16,28 @@
 
 namespace nlo::codegen {
 
-/// The observer as it is exported: `folded` as in_formats() of number_formats.h gives it, rounded to the scalar
-/// of the target, the runtime's activations. int16: the inverse map with the very bits of the runtime. Another format
-/// of numbers is one more case here.
+/// The observer as it is exported: `folded` comes from in_formats() of number_formats.h, rounded to the scalar of the
+/// target, with the activations of the runtime. In int16, the inverse map has the bits of the runtime. To add a number
+/// format, add a case here.
 class ExportedObserver {
  public:
-  /// `quantised`: the parts in integers, which must outlive this; null in the other scalars.
+  /// `quantised`: the integer parts, which must outlive this object; null for other scalars.
   ExportedObserver(const Model& model, const FoldedModel& folded, const QuantisedModel* quantised, ScalarType scalar);
 
   void reset();
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
 
-  /// z, n_z; angles unwrapped, as ReferenceObserver::latent().
+  /// Returns z, n_z, with unwrapped angles as in ReferenceObserver::latent().
   Eigen::VectorXd latent() const;
 
-  /// x_hat from z and y.
+  /// Returns x_hat from z and y.
   Eigen::VectorXd estimate(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
 
-  /// The standard deviations of the errors, n_x; size 0 where the export has none. known: in_domain() is true there.
+  /// Returns the standard deviations of the errors, n_x; empty if the export has none. known: in_domain() is true
+  /// there.
   Eigen::VectorXd deviation(const Eigen::VectorXd& z, const Eigen::VectorXd& y, bool known) const;
 
-  /// Estimates for each column of z and y, n_x x N. Sums of floats may round differently.
+  /// Returns estimates for each column of z and y, n_x x N. Sums of floats may round differently.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
  private:
@@ -44,22 +45,22 @@ class ExportedObserver {
   const QuantisedModel* quantised_;
 };
 
-/// Whole turns of the angles among the readings `y`, n_r, which the exported observer takes back.
+/// Returns the whole turns that the exported observer subtracts from the angles among the readings `y`, n_r.
 Eigen::VectorXd turns_in(const Model& model, const Eigen::VectorXd& y);
 
 /// N samples.
 struct ReplayRun {
-  ReplayInputs inputs;             ///< as the export reads them: rounded to its scalar
+  ReplayInputs inputs;             ///< as the export reads them, rounded to its scalar
   std::vector<StepStatus> status;  ///< expected status of each sample
-  std::vector<bool> in_domain;     ///< z lies where training has been
+  std::vector<bool> in_domain;     ///< z is within the domain
   Eigen::MatrixXd z, x_hat;        ///< n_z x N, n_x x N: the model's equations in double, angles turned back. int16:
                                    ///< T* of the nearest point of its input box
   Eigen::MatrixXd sigma;           ///< n_x x N, of estimate_with_error(); 0 x 0 where the export has none
   Eigen::MatrixXd exported_z, exported_x_hat, exported_sigma;
 };
 
-/// Runs `options.samples` replay inputs, small enough that at least half of them stay in the domain where that can be.
-/// `folded`: as `options` export it (number_formats.h). Throws Error when that many samples make no sense.
+/// Runs `options.samples` replay inputs, small enough that at least half of them stay in the domain if possible.
+/// `folded`: as `options` export it (number_formats.h). Throws Error if the number of samples is not valid.
 ReplayRun run_replay(const Model& model, const FoldedModel& folded, const QuantisedModel* quantised,
                      const ExportOptions& options);
 

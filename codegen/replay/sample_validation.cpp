@@ -27,7 +27,7 @@ void SampleValidation::reset() {
   not_due_.resize(static_cast<std::size_t>(y_.size() + u_.size()), 0);  // an input is due in every sample
   health_.assign(not_due_.size(), Health{});
   arrived_.assign(model_.outputs.size(), false);
-  for (std::size_t i = 0; i < health_.size(); ++i)  // a slow output has never arrived
+  for (std::size_t i = 0; i < health_.size(); ++i)  // a slow output has not arrived yet
     if (not_due_[i] > 0) health_[i] = {most_missing(not_due_[i]) + 1, true};
   started_ = false;
 }
@@ -42,7 +42,7 @@ Eigen::VectorXd SampleValidation::turn_back() {
   return back;
 }
 
-// Each channel has one number for its health: 8 times its count, and a bit each for held, clamped and late.
+// Each channel has one number for its health: 8 times its count plus one bit each for held, clamped and late.
 Eigen::VectorXd SampleValidation::held_values() const {
   Eigen::VectorXd all(y_.size() + u_.size() + channels());
   all.head(y_.size()) = y_;
@@ -127,7 +127,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
   Eigen::VectorXd u = inputs;
   computed_.fill(given, inputs);
   Eigen::VectorXd y = given.col(0);
-  if (y_.size() > outputs.size()) {  // inputs are readings, and stalenesses
+  if (y_.size() > outputs.size()) {  // inputs that are readings, and stalenesses
     y.conservativeResize(y_.size());
     if (!model_.inputs.empty()) {
       y.segment(outputs.size(), inputs.size()) = inputs;
@@ -176,7 +176,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     }
     const bool known = not_due_[channel] > 0 && (health_[channel].clamped || late(channel) == 0);
     if (held && (started_ || known)) good_y(j) = y_(j);
-    // Before the first sample that all others have: what has arrived is kept.
+    // Before the first sample that all others have, values that have arrived are kept.
     if (!started_ && not_due_[channel] > 0 && std::isfinite(good_y(j))) y_(j) = good_y(j);
   }
   for (std::size_t j = 0; j < arrived_.size(); ++j) arrived_[j] = !health_[j].held;

@@ -9,11 +9,11 @@
 
 namespace nlo::codegen {
 
-/// How far between two samples a reading is at `part` of the way: the expression `part`, or 0 where it is held.
+/// Returns the position of a reading between two samples: the expression `part`, or 0 if the reading is held.
 std::string c99_part(Hold hold, const std::string& part, const Initialiser& init);
 
-/// Keys of templates/c99/rk4.c.in: a latent system that is not linear and may diverge. `slope` is the template of its
-/// equation.
+/// Returns the keys of templates/c99/rk4.c.in for a latent system that is not linear and may diverge. `slope` is the
+/// template of its equation.
 std::map<std::string, std::string> c99_of_rk4(const ExportSource& source, const char* slope);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How carried vectors run between two samples (nlo/carried_observer.h), by Rodrigues' formula and one component's
-// latent system for each of them.
+// Steps carried vectors between two samples (nlo/carried_observer.h), by Rodrigues' formula and the latent system of
+// one component for each of them.
 #pragma once
 
 #include <nlo/carried_observer.h>
@@ -14,8 +14,8 @@
 
 namespace nlo::codegen {
 
-/// D and F of one component as a KKL observer of it, whose output is as large as the vectors are long. Bounds of its
-/// z are bounds of the length of the vectors that its modes carry.
+/// Returns D and F of one component as a KKL observer, whose output is as large as the length of the vectors. The
+/// bounds of its z are bounds of the length of the vectors that its modes carry.
 inline Model component_of(const Model& m) {
   const Carried& own = std::get<Carried>(m.structure);
   Model one;
@@ -96,7 +96,7 @@ class CarriedDynamics final : public ReferenceDynamics<Scalar> {
   using Axes = Eigen::Matrix<Scalar, kAxes, kAxes>;
   using Axis = Eigen::Matrix<Scalar, kAxes, 1>;
 
-  /// exp(-[theta]x) by Rodrigues' formula, theta as in nlo/rotation.h.
+  /// Returns exp(-[theta]x) by Rodrigues' formula, with theta as in nlo/rotation.h.
   static Axes rotation_over(const Axis& w, const Axis& w_next, double dt_s) {
     const auto h = static_cast<Scalar>(dt_s);
     const Axis theta = h / 2 * (w + w_next) + h * h / 12 * w.cross(w_next);
@@ -108,7 +108,7 @@ class CarriedDynamics final : public ReferenceDynamics<Scalar> {
     return Axes::Identity() - std::sin(angle) / angle * cross + 2 * half * half * cross * cross;
   }
 
-  /// Rows of component j of the outputs.
+  /// Returns the rows of component j of the outputs.
   auto rows(Matrix& z, Eigen::Index j) const { return z.middleRows(j * (z.rows() / ny_), z.rows() / ny_); }
   auto rows(const Matrix& z, Eigen::Index j) const { return z.middleRows(j * (z.rows() / ny_), z.rows() / ny_); }
 

@@ -15,8 +15,8 @@
 namespace nlo::codegen {
 namespace {
 
-/// c: a row for each vector of the states, a column for each mode of each vector of the outputs, then one for each of
-/// these vectors itself where T* reads it.
+/// Returns c: a row for each vector of the states, a column for each mode of each vector of the outputs. If T* reads y,
+/// a column for each vector of the outputs follows.
 Eigen::MatrixXd vector_weights(const Model& m, const FoldedNetwork& map) {
   const Eigen::Index modes = m.nz() / m.ny(), vectors = m.ny() / kAxes, carried = vectors * modes;
   const bool reads_output = map.inputs() > m.nz();
@@ -28,7 +28,7 @@ Eigen::MatrixXd vector_weights(const Model& m, const FoldedNetwork& map) {
   return weights;
 }
 
-/// The map that these weights stand for: [z; y; w] to x_hat, or z to x_hat.
+/// Returns the matrix of the map that has these weights: [z; y; w] to x_hat, or z to x_hat.
 Eigen::MatrixXd spread(const Model& m, const Eigen::MatrixXd& weights, Eigen::Index inputs) {
   const Eigen::Index modes = m.nz() / m.ny(), carried = m.ny() / kAxes * modes;
   Eigen::MatrixXd map = Eigen::MatrixXd::Zero(m.nx(), inputs);
@@ -41,7 +41,7 @@ Eigen::MatrixXd spread(const Model& m, const Eigen::MatrixXd& weights, Eigen::In
   return map;
 }
 
-/// The latent system of one component, as the header of a KKL observer has it.
+/// Writes the latent system of one component as in the header of a KKL observer.
 class ComponentHeader final : public KklHeader {
  public:
   using KklHeader::KklHeader;
@@ -62,9 +62,9 @@ class CarriedHeader final : public CppStructureBase {
   std::string description() const override {
     return fmt::format(
         "// Latent state: {} vectors, z' = D z + F y - w x z, {} hold; w = [{}] in rad/s.\n"
-        "// Estimate: a sum of them{}{}: turning the sensor's axes turns it.\n",
+        "// Estimate: a weighted sum of these vectors{}{}. It turns with the sensor's axes.\n",
         modes() * ny_ / kAxes, hold_name(m_.hold), names(m_.inputs), reads_output() ? " and of y" : "",
-        own_.unit_length ? ", made as long as 1" : "");
+        own_.unit_length ? ", scaled to length 1" : "");
   }
   std::string header() const override { return "carried_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {}; }
@@ -122,11 +122,13 @@ void check_vectors(const Model& m) {
          m.inputs.size());
   const double turn = largest_readings(m).tail<kAxes>().norm() * m.sample_period_s;
   if (!(turn <= CarriedLimits::kMostTurn))
-    fail("input_max lets the rate turn by {} rad in a sample period; beyond {} no sampled rate tells a rotation", turn,
-         CarriedLimits::kMostTurn);
+    fail(
+        "input_max lets the rate turn by {} rad in a sample period; beyond {} a sampled rate does not determine the "
+        "rotation",
+        turn, CarriedLimits::kMostTurn);
 }
 
-/// T* is the same weighted sum for each component.
+/// Checks that T* is the same weighted sum for each component.
 void check_map(const Model& m) {
   const Network& map = own_part<Carried>(m).inverse_map;
   check_network(map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_y + inputs)");
@@ -135,7 +137,7 @@ void check_map(const Model& m) {
   const Eigen::MatrixXd& weights = folded.layers.front().weights;
   const Eigen::MatrixXd sums = spread(m, vector_weights(m, folded), weights.cols());
   const double largest = weights.cwiseAbs().maxCoeff();
-  constexpr double kRounding = 1e-6;  // training has floats
+  constexpr double kRounding = 1e-6;  // training computes in float
   if (!((weights - sums).cwiseAbs().maxCoeff() <= kRounding * largest) ||
       !(folded.layers.front().bias.cwiseAbs().maxCoeff() <= kRounding * largest))
     fail("inverse_map is not one sum of vectors: each component must have the same weights, and no bias");

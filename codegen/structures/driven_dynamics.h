@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The equations of codegen/model/driven_kkl.h, with dynamic sizes and nothing folded.
+// The equations of codegen/model/driven_kkl.h with dynamic sizes and without folding.
 #pragma once
 
 #include <nlo/explicit_rk.h>
@@ -11,7 +11,7 @@
 
 namespace nlo::codegen {
 
-/// D z + F y exactly, phi(z) u by the scheme of nlo/exponential_rk.h.
+/// Steps D z + F y exactly, and phi(z) u by the scheme of nlo/exponential_rk.h.
 template <class Scalar>
 class DrivenDynamics final : public ReferenceDynamics<Scalar> {
  public:
@@ -78,7 +78,7 @@ class DrivenDynamics final : public ReferenceDynamics<Scalar> {
     }
   }
 
-  /// phi(z) u = dT/dx(x_hat) g(x_hat) u, x_hat = T*(z, y).
+  /// Returns phi(z) u = dT/dx(x_hat) g(x_hat) u, x_hat = T*(z, y).
   Vector drive(const Vector& z, const Vector& y, const Vector& u) const {
     const Vector x_hat = inverse_map_(stacked<Scalar>(z, y));
     const Vector field = field_weights_ * x_hat + field_bias_;

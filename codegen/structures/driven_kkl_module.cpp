@@ -27,9 +27,10 @@ class DrivenKklHeader final : public KklHeader {
   std::string description() const override {
     return KklHeader::description() +
            fmt::format(
-               "// Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; {}.\n"
+               "// Inputs act by phi(z) u = dT/dx g(x_hat) u, stepped at order 4; D and F are stepped exactly. {}.\n"
                "// Forward map T: {}.\n",
-               own_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u is a ramp",
+               own_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample"
+                                                   : "u is a ramp between samples",
                forward_map().description());
   }
   std::string header() const override { return "driven_kkl_observer.h"; }
@@ -46,7 +47,7 @@ class DrivenKklHeader final : public KklHeader {
   std::string leading_fields() const override {
     const auto& w = forced_.weights;
     std::string text = fmt::format("    .input_hold = {},\n", hold_identifier(own_.input_hold)) + latent_fields();
-    text += "    .forced = {  // how phi(z) u acts over one sample period, stage by stage\n        .half = " +
+    text += "    .forced = {  // coefficients of phi(z) u over one sample period, per stage\n        .half = " +
             step(forced_.half, 17) + ",\n        .weights = {";
     bool first = true;
     for (const auto& [name, weight] : {std::pair{"stage2", &w.stage2},
@@ -98,7 +99,7 @@ void check_inputs(const Model& m) {
   check_channels(own.inputs, "drive.inputs");
   for (std::size_t i = 0; i < own.inputs.size(); ++i)
     if (own.inputs[i].wrap != 0.0)
-      fail("drive.inputs[{}].wrap is {}; an input is taken as it comes: write 0", i, own.inputs[i].wrap);
+      fail("drive.inputs[{}].wrap is {}; an input is not unwrapped: write 0", i, own.inputs[i].wrap);
   if (own.input_hold == Hold::kRk4)
     fail("drive.input_hold is unknown; use zero_order (a command that has acted since the last sample) or first_order");
   const Eigen::Index entries = Eigen::Index{m.nx()} * m.nu();
@@ -107,7 +108,7 @@ void check_inputs(const Model& m) {
   check_network(own.forward_map, m.nx(), m.nz(), "drive.forward_map", "n_u x n_x");
 }
 
-/// Initialiser of a Linear in templates/c99/kkl.c.in.
+/// Returns the initialiser of a Linear of templates/c99/kkl.c.in.
 std::string c99_linear_step(const Model& m, const StepMatrices& step, const Initialiser& init) {
   return "{" + init.vector(step.a_minus_1, "A") + ",\n     " + init.matrix(step.b0, "B0") +
          (m.hold == Hold::kZeroOrder ? "" : ",\n     " + init.matrix(step.b1, "B1")) + "}";

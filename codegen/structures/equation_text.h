@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Known equations as C and C++ write them, and the functions that they name as C99.
+// Writes known equations in C and C++, and the functions that they call in C99.
 #pragma once
 
 #include <functional>
@@ -13,12 +13,12 @@ namespace nlo::codegen {
 
 class EquationLines {
  public:
-  /// `part_of_sum` writes a product that is added to something. All three must outlive this.
+  /// `part_of_sum` writes a product that is added to a sum. All three must outlive this object.
   EquationLines(const Equations& equations, const Initialiser& init, std::string indent,
                 std::function<std::string(const std::string&)> part_of_sum)
       : equations_(equations), init_(init), indent_(std::move(indent)), part_of_sum_(std::move(part_of_sum)) {}
 
-  /// "dx[0] = x[1];" for each state, behind "const float t0 = ...;" for each part that they share.
+  /// Returns "dx[0] = x[1];" for each state, after "const float t0 = ...;" for each shared part.
   std::string derivative() const;
   std::string output() const;  ///< "y[0] = x[0];" for each output
 
@@ -31,7 +31,7 @@ class EquationLines {
   std::function<std::string(const std::string&)> part_of_sum_;
 };
 
-/// The functions of templates/c99/functions.c.in that the equations name.
+/// Returns the functions of templates/c99/functions.c.in that the equations call.
 std::string c99_functions(const Equations& equations, const Initialiser& init);
 
 }  // namespace nlo::codegen

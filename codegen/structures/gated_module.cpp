@@ -69,10 +69,11 @@ class GatedHeader final : public CppStructureBase {
   std::string description() const override {
     const Contraction& contraction = own_part<Gated>(m_).contraction;
     return fmt::format("// Latent state: {} gated units. Inverse map T*: {}.\n", nz_, inverse_map().description()) +
-           (contraction.none() ? ""
-                               : fmt::format("// Contracting: what z started from falls as exp(-{:.3g} t) or faster, "
-                                             "proven from the weights.\n",
-                                             contraction.rate)) +
+           (contraction.none()
+                ? ""
+                : fmt::format("// Contracting: the effect of the start of z falls as exp(-{:.3g} t) or faster, "
+                              "proven from the weights.\n",
+                              contraction.rate)) +
            input_comment();
   }
   std::string header() const override { return "gated_observer.h"; }
@@ -105,14 +106,14 @@ class GatedHeader final : public CppStructureBase {
   }
 };
 
-/// Largest size of [z; y]; z stays within +-1.
+/// Returns the largest magnitude of [z; y]; z stays within +-1.
 Eigen::VectorXd largest_reads(const Model& m) {
   Eigen::VectorXd largest(m.nz() + m.nr());
   largest << Eigen::VectorXd::Ones(m.nz()), largest_readings(m);
   return largest;
 }
 
-/// Throws Error unless the weights prove the contraction that the file states.
+/// Throws Error unless the weights prove the contraction that the model file states.
 void check_contraction(const Gated& own, const Model& m) {
   if (own.contraction.none()) return;
   check_shape(own.contraction.metric, m.nz(), "contraction.metric", "n_z");

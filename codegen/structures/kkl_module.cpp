@@ -30,7 +30,7 @@ class KklDynamics final : public ReferenceDynamics<Scalar> {
 
 std::string c99_tables(const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const LinearLatent& latent = *linear_latent(m);
-  const char* r = m.nr() == m.ny() ? "kNy" : "kNr";  // as the template has it
+  const char* r = m.nr() == m.ny() ? "kNy" : "kNr";  // the name in the template
   const auto vector = [&](const char* name, const char* size, const Eigen::VectorXd& values, const char* field) {
     return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
   };
@@ -43,7 +43,7 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
          (!m.saturates()
               ? ""
-              : "// As far as T* follows z.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +
+              : "// Limits of the z that T* reads.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +
                     vector("kReachMax", "kNz", LatentReach(m).max, "saturation"));
 }
 

@@ -17,17 +17,17 @@
 namespace nlo::codegen {
 namespace {
 
-// |lambda h| beyond which a latent state is a copy of the output: e^-1000 is zero in any precision.
+// |lambda h| beyond which a latent state only copies the output: e^-1000 is zero in any precision.
 constexpr double kFastest = 1000.0;
 
-/// A, the factor that an eigenvalue puts on its part of z in one sample, as float32 sees it.
+/// Returns A, the factor by which an eigenvalue multiplies its part of z in one sample, in float32.
 std::complex<float> step_factor(std::complex<double> lambda, double h, Hold hold) {
   const auto mode =
       discretise(hold == Hold::kRk4 ? Hold::kRk4 : Hold::kFirstOrder, Complex<double>{lambda.real(), lambda.imag()}, h);
   return {static_cast<float>(1.0 + mode.a_minus_1.re), static_cast<float>(mode.a_minus_1.im)};
 }
 
-/// Decay rate of each mode that reads an output. A clock reads none.
+/// Returns the decay rate of each mode that reads an output. A clock reads none.
 std::vector<double> driven_rates(const LinearLatent& latent) {
   std::vector<double> rates;
   for (int r = 0; r < latent.eigenvalues.size(); ++r) {
@@ -38,7 +38,7 @@ std::vector<double> driven_rates(const LinearLatent& latent) {
   return rates;
 }
 
-/// A feature's clock is a latent state that no reading drives and that starts at 1.
+/// Checks that the clock of a feature is a latent state that starts at 1 and has no input.
 void check_feature_clocks(const Model& m) {
   const LinearLatent& latent = *linear_latent(m);
   const std::vector<int>& clocks = inverse_map(m)->feature_clocks;
@@ -106,12 +106,12 @@ void check_linear_latent(const Model& m) {
                                 : "it is too slow to be told from an integrator: use a faster eigenvalue");
     if (paired) ++i;
   }
-  // The effect of a reading of 1 on z, also for a reading that is always small.
+  // Uses the effect on z of a reading of 1, even if a reading is always small.
   const Eigen::MatrixXd gain = steady_gain(m);
   for (Eigen::Index i = 0; i < nz; ++i)
     if (!(latent.output_injection.row(i).cwiseAbs().maxCoeff() <= kLargestNumber &&
           gain.row(i).cwiseAbs().maxCoeff() <= kLargestNumber))
-      fail("output_injection[{}] reaches {} and its steady state {}; float32 wants them within +-{}", i,
+      fail("output_injection[{}] reaches {} and its steady state {}; float32 requires them within +-{}", i,
            latent.output_injection.row(i).cwiseAbs().maxCoeff(), gain.row(i).cwiseAbs().maxCoeff(), kLargestNumber);
   for (std::size_t i = 0; i < latent.relative_outputs.size(); ++i) {
     const int output = latent.relative_outputs[i];
@@ -129,7 +129,7 @@ Eigen::VectorXd largest_latent(const Model& m) {
   const Eigen::VectorXd start = m.initial_latent.cwiseAbs() + steady_gain(m).cwiseAbs() * readings;
   Eigen::VectorXd largest(m.nz());
   for (int r = 0; r < m.nz();) {
-    const int size = r < 2 * latent.pairs ? 2 : 1;  // a pair turns, and keeps its norm while it does
+    const int size = r < 2 * latent.pairs ? 2 : 1;  // a pair turns and keeps its norm
     const double radius = std::hypot(1.0 + step.a_minus_1(r), size == 2 ? step.a_minus_1(r + 1) : 0.0);
     const double reached =
         start.segment(r, size).norm() + std::max(slopes.segment(r, size).norm() / -latent.eigenvalues(r),

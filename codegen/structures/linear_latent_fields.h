@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The linear latent system z' = D z + F y, which several structures have: its fields in the model file, its checks, its
-// part of a C++ header.
+// The linear latent system z' = D z + F y of several structures: its fields in the model file, its checks, and its part
+// of a C++ header.
 #pragma once
 
 #include <string>
@@ -13,29 +13,29 @@ namespace nlo::codegen {
 void read_linear_latent(const Field& file, LinearLatent& latent);
 void write_linear_latent(const LinearLatent& latent, JsonObject& file);
 
-/// D and F: shapes, D Hurwitz, and |A| < 1 at the sample period, in float too.
+/// Checks the shapes of D and F, that D is Hurwitz, and that |A| < 1 at the sample period, also in float.
 void check_linear_latent(const Model& model);
 
-/// The largest |z| that readings within their ranges lead to, n_z: its start, and of each mode all that its past puts
-/// into it, |F| max|y| / |Re lambda| in continuous time, (|B0| + |B1|) max|y| / (1 - |A|) in steps. Throws Error where
-/// float cannot hold it.
+/// Returns the largest |z| to which readings within their ranges can lead, n_z. It is the start plus, for each mode,
+/// the sum of all past readings: |F| max|y| / |Re lambda| in continuous time, (|B0| + |B1|) max|y| / (1 - |A|) in
+/// steps. Throws Error if float cannot represent it.
 Eigen::VectorXd largest_latent(const Model& model);
 
-/// T* reads [z; y]; when an angle output turns once, z turns with it by S wrap, and T* must not see that. Its
-/// sums stay in float wherever readings lead z.
+/// Checks that the map reads [z; y], that it does not change when an angle output turns once and z turns with it by S
+/// wrap, and that its sums stay in float for every z to which readings can lead.
 void check_latent_map(const Model& model);
 
-/// Rates of the fastest and the slowest mode that reads an output [1/s].
+/// Returns the rates of the fastest and the slowest mode that reads an output [1/s].
 double fastest_driven_mode(const LinearLatent& latent);
 std::optional<double> slowest_driven_mode(const LinearLatent& latent);
 
-/// How many of [z; y] the inverse map reads: z alone where y has no weight.
+/// Returns the number of entries of [z; y] that the inverse map reads: those of z if y has no weight.
 Eigen::Index reads_of(const Network& inverse_map, const Model& model);
 
-/// The part of a KKL observer (16) in templates/c99, which others of the family extend.
+/// Returns the values of a KKL observer (16) for templates/c99. Other structures of the family extend them.
 std::map<std::string, std::string> c99_of_linear_latent(const ExportSource& source);
 
-/// The header of a KKL observer (16), which other observers of the family extend.
+/// The header of a KKL observer (16). Other observers of the family extend it.
 class KklHeader : public CppStructureBase {
  public:
   explicit KklHeader(const ExportSource& source);

@@ -19,7 +19,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// [G, B], which read [y; u].
+/// Returns [G, B], which read [y; u].
 Eigen::MatrixXd reading_gain(const Luenberger& l, Eigen::Index inputs) {
   Eigen::MatrixXd both(l.gain.rows(), l.gain.cols() + inputs);
   both.leftCols(l.gain.cols()) = l.gain;
@@ -27,7 +27,7 @@ Eigen::MatrixXd reading_gain(const Luenberger& l, Eigen::Index inputs) {
   return both;
 }
 
-/// A - G C.
+/// Returns A - G C.
 Eigen::MatrixXd error_matrix(const Luenberger& l) {
   return l.state_matrix - ordered_product(l.gain, l.output_matrix);
 }
@@ -107,11 +107,11 @@ std::string text(std::complex<double> value) {
   return fmt::format("{:.4g} {} {:.4g}i", value.real(), value.imag() < 0.0 ? '-' : '+', std::abs(value.imag()));
 }
 
-// Gaps are stepped in pieces of at most this many sample periods (nlo/explicit_rk.h).
+// Gaps are divided into steps of at most this many sample periods (nlo/explicit_rk.h).
 constexpr double kLongestStep = 1.5;
 
-/// A - G C Hurwitz, and within the stable region of the Runge-Kutta method at the sample period. What g_hat adds to it
-/// is not checked.
+/// Checks that A - G C is Hurwitz and within the stable region of the Runge-Kutta method at the sample period. The
+/// effect of g_hat is not checked.
 void check_luenberger(const Model& m) {
   const Luenberger& l = own_part<Luenberger>(m);
   const int nx = m.nx();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The equations of codegen/model/prior.h, with dynamic sizes and nothing folded.
+// The equations of codegen/model/prior.h with dynamic sizes and without folding.
 #pragma once
 
 #include <nlo/explicit_rk.h>
@@ -68,7 +68,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     return arrived == nullptr || (*arrived)[static_cast<std::size_t>(j)];
   }
 
-  /// z = [m; x-; p-] becomes [m; x; p], column by column.
+  /// Turns z = [m; x-; p-] into [m; x; p], column by column.
   void correct(Matrix& z, const Matrix& readings, const std::vector<bool>* arrived, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried(),
                        units = z.rows() - carried;
@@ -97,7 +97,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     }
   }
 
-  /// y, and behind it its slopes.
+  /// Returns y and its slopes.
   Vector expected_at(const Vector& x) const {
     Vector expected(equations_.ny() * (1 + equations_.nx()));
     equations_.output(x.data(), expected.data());

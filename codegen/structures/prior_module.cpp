@@ -20,12 +20,12 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// How many entries w has.
+/// Returns the number of entries of w.
 Index reads_of_units(const Model& m) {
   return 2 * m.ny() + m.nr() + m.nx();
 }
 
-/// Size of [x; p].
+/// Returns the size of [x; p].
 int carried_by(const Model& m) {
   return m.nx() + triangle_size(m.nx());
 }
@@ -39,10 +39,10 @@ class PriorHeader final : public CppStructureBase {
   explicit PriorHeader(const ExportSource& source)
       : CppStructureBase(source), own_(own_part<Prior>(source.model)), equations_(prior_equations(source.model)) {}
 
-  std::string title() const override { return "a learned state observer (known equations, corrected)"; }
+  std::string title() const override { return "a learned state observer (known equations with learned corrections)"; }
   std::string description() const override {
     return fmt::format(
-               "// Prior: RK4 of the plant's equations and of their covariance. Corrected by {} gated units. Map T*: "
+               "// Prior: the plant's equations and covariance, stepped by RK4, corrected by {} gated units. Map T*: "
                "{}.\n",
                units_, inverse_map().description()) +
            input_comment();
@@ -84,13 +84,13 @@ class PriorHeader final : public CppStructureBase {
   }
 
   Index step_multiply_adds() const override {
-    constexpr Index kRk4 = 8;  // for each state: three slopes on the way, their weighted sum, the step
+    constexpr Index kRk4 = 8;  // operations per state: three intermediate slopes, their weighted sum, the step
     const Index equations = kRk4 * (nz_ - units_) + equations_.count(&Expression::operations);
     const Index update = ny_ * (nx_ * nx_ + 4 * nx_ + triangle_size(static_cast<int>(nx_))) + 2 * nx_;
     return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ +
            equations + update;
   }
-  /// Squashed innovations and the equations' functions among them.
+  /// Counts squashed innovations and the functions of the equations, too.
   Index step_activations() const override {
     return 3 * units_ + 3 * ny_ + nx_ + equations_.count(&Expression::functions);
   }
@@ -111,7 +111,7 @@ VectorXd largest_carried(const Prior& own) {
   return own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
 }
 
-/// Largest size of [m; w].
+/// Returns the largest magnitude of [m; w].
 VectorXd largest_reads(const Model& m, const Prior& own) {
   const Index units = m.nz() - carried_by(m);
   VectorXd largest(units + reads_of_units(m));
@@ -120,7 +120,7 @@ VectorXd largest_reads(const Model& m, const Prior& own) {
 }
 
 void check_parameters(const EquationTexts& texts) {
-  constexpr double kLargest = 1e15;  // as of a number in an expression
+  constexpr double kLargest = 1e15;  // the limit of a number in an expression, too
   for (std::size_t i = 0; i < texts.parameters.size(); ++i) {
     const auto& [name, value] = texts.parameters[i];
     if (!is_identifier(name)) fail("equations.parameters[{}] has a name that is not an identifier", i);

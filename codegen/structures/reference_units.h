@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gated units, which several structures have: a step of the units in the reference, and the checks of their layers.
+// Gated units of several structures: a step of the units in the reference, and the checks of their layers.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -22,14 +22,14 @@ class ReferenceUnits {
   ReferenceUnits(const Network& gates, const Network& candidate, Activations activations)
       : exact_(activations == Activations::kExact), gates_(gates), candidate_(candidate) {}
 
-  /// z over so many sample periods, with the readings at their end.
+  /// Returns z after `periods` sample periods, with the readings at their end.
   Matrix stepped(const Matrix& z, const Matrix& readings, Scalar periods) const {
     const Pull pull = pulled(z, readings);
     const Matrix share = pull.exponent.unaryExpr([&](Scalar rate) { return -std::expm1(-periods * rate); });
     return z + share.cwiseProduct(pull.target - z);
   }
 
-  /// rate (target - z), per sample period.
+  /// Returns rate (target - z) per sample period.
   Matrix slope(const Matrix& z, const Matrix& readings) const {
     const Pull pull = pulled(z, readings);
     return pull.exponent.cwiseProduct(pull.target - z);
@@ -55,7 +55,8 @@ class ReferenceUnits {
   ReferenceNetwork<Scalar> gates_, candidate_;
 };
 
-/// A single layer without a linear path, whose sums stay in float as long as its inputs stay within +-`largest`.
+/// Checks that a layer is single, has no linear path, and keeps its sums in float if its inputs stay within
+/// +-`largest`.
 void check_gate_layer(const Network& network, const Eigen::VectorXd& largest, int outputs, const char* field,
                       const char* meaning);
 

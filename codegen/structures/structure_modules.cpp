@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lists the structures (structures.h has their types in the same order), and answers the questions of
-// codegen/model/model.h for all models.
+// Lists the structures (structures.h has their types in the same order), and implements codegen/model/model.h for all
+// models.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace nlo::codegen {
 
-// One line for each; its file defines it.
+// Each is defined in its own file.
 const StructureModule& kkl_module();
 const StructureModule& driven_kkl_module();
 const StructureModule& luenberger_module();
@@ -87,7 +87,7 @@ std::vector<Channel> measured_channels(const Model& m) {
 
 namespace {
 
-/// Stacks bounds of the outputs, the inputs and the stalenesses.
+/// Returns the bounds of the outputs, the inputs and the stalenesses in one vector.
 Eigen::VectorXd stacked(const Model& m, const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, double stale) {
   Eigen::VectorXd all(m.nr());
   all << outputs, inputs, Eigen::VectorXd::Constant(static_cast<Eigen::Index>(m.failures.outputs.size()), stale);

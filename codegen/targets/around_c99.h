@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Folders with the C99 pair and the files of another framework around it. Each file comes from a template
+// Writes folders with the C99 pair and the files of a framework around it. Each file comes from a template
 // (templates/simulink, templates/px4, templates/simplefoc).
 #pragma once
 
@@ -12,17 +12,18 @@
 
 namespace nlo::codegen {
 
-/// A level-2 S-function for Simulink. Throws Error when c99() does.
+/// Returns a level-2 S-function for Simulink. Throws Error if c99() does.
 std::vector<NamedText> simulink(const PreparedExport& prepared);
 
-/// A module for PX4. Throws Error when c99() does.
+/// Returns a module for PX4. Throws Error if c99() does.
 std::vector<NamedText> px4_module(const PreparedExport& prepared);
 
-/// A library for Arduino with a `Sensor` of SimpleFOC, whose velocity is an estimate (simplefoc.cpp says which). Throws
-/// Error when c99() does, and where options().roles do not tell, or name, an angle and a velocity.
+/// Returns a library for Arduino with a `Sensor` of SimpleFOC, whose velocity is an estimate (simplefoc.cpp decides
+/// which). Throws Error if c99() does, or if options().roles and the model do not determine an angle and a velocity.
 std::vector<NamedText> simplefoc(const PreparedExport& prepared);
 
-/// The pair in `sources` ("src/"), and templates/TARGET filled with the values of every wrapper and with `more`.
+/// Returns the pair in `sources` ("src/") and templates/TARGET, filled with the values of every wrapper and with
+/// `more`.
 std::vector<NamedText> around_c99(const PreparedExport& prepared, const std::string& target,
                                   std::map<std::string, std::string> more = {}, const std::string& sources = "");
 

@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Integers of any type as an initialiser, `columns` to a line.
+/// Returns integers of any type as an initialiser, `columns` of them per line.
 template <class Values>
 std::string integers(const Values& values, std::size_t columns) {
   std::string text = "{";
@@ -25,14 +25,14 @@ std::string integers(const Values& values, std::size_t columns) {
 
 std::string integer_activation(Activation kind) {
   if (kind == Activation::kSilu)
-    return "// silu of twice an argument in Q16, in units of 2^-11: h + h tanh(h).\n"
+    return "// Returns silu(2 h) = h + h tanh(h) in units of 2^-11; the argument is h in Q16.\n"
            "static int16_t silu_q15(int32_t argument) {\n"
            "  const int32_t end = 524288;  // 8 in Q16\n"
            "  const int32_t kept = (argument < -end) ? -end : ((argument > (end - 1)) ? (end - 1) : argument);\n"
            "  return (int16_t)rounded_down(rounded_down(kept, 4) * (32768 + (int32_t)tanh_q15(kept)), 16);\n"
            "}\n\n";
   if (kind == Activation::kRelu)
-    return "// relu in Q15.\n"
+    return "// Returns relu in Q15.\n"
            "static int16_t relu_q15(int32_t value) {\n"
            "  return (int16_t)((value > 32767) ? 32767 : ((value < 0) ? 0 : value));\n"
            "}\n\n";
@@ -46,7 +46,7 @@ std::string c99_integer_arithmetic(const QuantisedModel& quantised) {
   if (quantised.units) kinds.insert(Activation::kTanh);
   const bool has_hidden = quantised.map.layers.size() > 1;
   if (has_hidden) kinds.insert(quantised.map.activation);
-  if (kinds.contains(Activation::kSilu)) kinds.insert(Activation::kTanh);  // which it is made of, and comes first
+  if (kinds.contains(Activation::kSilu)) kinds.insert(Activation::kTanh);  // silu calls tanh, so tanh comes first
   std::string text(embedded_text("c99/int16.c.in"));
   if (!kinds.empty())
     text +=

@@ -24,7 +24,7 @@ std::string table(const Initialiser& init, const std::string& name, const Eigen:
                      c99_rows(init, values, field));
 }
 
-/// `static Scalar tanh_rational(Scalar)`: the runtime's fit for the scalar.
+/// Returns the text of `static Scalar tanh_rational(Scalar)` with the runtime's fit for the scalar.
 std::string tanh_text(const Initialiser& init, const std::string& suffix) {
   if (init.scalar_bytes() == 4) return filled(embedded_text("c99/tanh.c.in"), {{"F", suffix}});
   constexpr const auto& kFit = kTanhFit<Activation::kTanh, double>;
@@ -35,7 +35,7 @@ std::string tanh_text(const Initialiser& init, const std::string& suffix) {
   return filled(embedded_text("c99/tanh_double.c.in"), {{"P", terms(kFit.p)}, {"Q", terms(kFit.q)}});
 }
 
-/// The keys of layer.c.in and tangent.c.in. Throws Error where C99 has no such activation.
+/// Returns the keys of layer.c.in and tangent.c.in. Throws Error if C99 does not have the activation.
 std::map<std::string, std::string> activation_values(Activation kind, const std::string& suffix) {
   const ActivationRow& row = activation_row(kind);
   if (!row.has_c99) fail("C99 has no {}; export with --target cpp", row.name);
@@ -49,7 +49,7 @@ std::map<std::string, std::string> activation_values(Activation kind, const std:
           {"SILU", if_it_is(Activation::kSilu)}};
 }
 
-/// Adds the linear path's share of output `o` to `total`.
+/// Returns the text that adds the linear path of output `o` to `total`.
 std::string add_linear_path(const std::string& prefix, Eigen::Index inputs, const std::string& in) {
   return fmt::format("for (int i = 0; i < {0}; ++i) {{ total += k{1}LinearPath[({0} * o) + i] * {2}[i]; }}\n", inputs,
                      prefix, in);
@@ -60,8 +60,8 @@ struct NetworkText {
   std::string tables, calls;
 };
 
-/// Its tables are called kPREFIX and so on. `calls` read `in` and write `out`; with `tangent` that is the derivative
-/// along `direction`.
+/// Writes a network in C99. Its tables are called kPREFIX and so on. `calls` read `in` and write `out`; with `tangent`
+/// they write the derivative along `direction`.
 NetworkText network_text(const std::string& prefix, const FoldedNetwork& n, const std::string& out, bool tangent,
                          const Initialiser& init) {
   const auto along = [](const std::string& value) { return value == "in" ? "direction" : value + "_tangent"; };
@@ -87,7 +87,7 @@ NetworkText network_text(const std::string& prefix, const FoldedNetwork& n, cons
     std::swap(ping, pong);
     if (!last) widest = std::max(widest, layer.bias.size());
   }
-  // Ping-pong buffers: one for each layer would be a kilobyte of stack.
+  // Two buffers in turn: one buffer per layer would take a kilobyte of stack.
   std::string buffers;
   for (std::size_t l = 1; l < std::min<std::size_t>(n.layers.size(), 3); ++l) {
     const std::string buffer = l == 1 ? "ping" : "pong";
@@ -104,7 +104,7 @@ NetworkText network_text(const std::string& prefix, const FoldedNetwork& n, cons
   return text;
 }
 
-/// Name of the function of a network, such as `forward_map` for drive.forward_map.
+/// Returns the name of the function of a network, such as `forward_map` for drive.forward_map.
 std::string function_name(const FoldedNetwork& n) {
   return n.field.substr(n.field.rfind('.') + 1);
 }
@@ -122,19 +122,19 @@ bool is_map(const FoldedNetwork& n) {
   return n.field == "inverse_map";
 }
 
-/// The products with clocks that T* reads behind its inputs: the row of each factor.
+/// Returns the table of the products with clocks that T* reads behind its inputs: the row of each factor.
 std::string product_table(const FoldedNetwork& map) {
   if (map.products.empty()) return "";
   std::string rows;
   for (const auto& [factor, clock] : map.products)
     rows += fmt::format("{}{{{}, {}}}", rows.empty() ? "" : ", ", factor, clock);
   return fmt::format(
-      "// T* reads in[a] in[b], too, where b is a clock exp(-t / tau): 1 at the start, 0 soon after.\n"
+      "// T* also reads the products in[a] in[b]. in[b] is a clock exp(-t / tau): it falls from 1 at the start to 0.\n"
       "static const IN_FLASH uint16_t kProducts[{}][2] = {{{}}};\n",
       map.products.size(), rows);
 }
 
-/// The head of NAME_estimate, up to the point where `in` has the inputs of T*.
+/// Returns the head of NAME_estimate, up to the point where `in` has the inputs of T*.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const FoldedNetwork* map = folded.inverse_map();
   const bool reads_output = map != nullptr && map->inputs() > m.nz();
@@ -244,14 +244,14 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   if (folded.inverse_map() == nullptr)  // z is the estimate
     return estimate_head(name, m, folded, init) + "  copy(x_hat, in, kNx);\n}\n";
   const NetworkText text = network_text("", *folded.inverse_map(), "x_hat", false, init);
-  return "// T*: one neuron per line.\n" + text.tables + product_table(*folded.inverse_map()) + "\n" +
+  return "// Weights of T*, one neuron per line.\n" + text.tables + product_table(*folded.inverse_map()) + "\n" +
          estimate_head(name, m, folded, init) + text.calls + "}\n";
 }
 
 std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
                           const QuantisedModel& quantised, const Initialiser& init) {
   const QuantisedNetwork& map = quantised.map;
-  std::string text = "// T* in int16: one neuron per line.\n", body;
+  std::string text = "// Weights of T* in int16, one neuron per line.\n", body;
   Eigen::Index widest = map.columns(), most_sums = 0;
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
     const QuantisedLayer& layer = map.layers[l];

@@ -13,7 +13,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// "mean_limit": kWatchMeanLimit.
+/// Returns the name of the constant for a field: "mean_limit" gives kWatchMeanLimit.
 std::string constant_name(const std::string& field) {
   std::string name = "kWatch";
   bool upper = true;

@@ -10,7 +10,8 @@
 
 namespace nlo::codegen {
 
-/// MONITOR and MONITOR_BODY, templates of its own (empty where the model has none), and the values of their keys.
+/// Sets MONITOR and MONITOR_BODY, which name templates (empty if the model has no monitor), and the values of their
+/// keys.
 void add_c99_monitor(const Model& model, const Initialiser& init, std::map<std::string, std::string>& values);
 
 }  // namespace nlo::codegen

@@ -26,8 +26,8 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
   values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
   values["U_TAKEN"] = ", const Scalar* u";
   values["U_PASSED"] = ", u";
-  values["INPUT_NOTE"] = fmt::format("// u: {}. One that is not finite holds the last good one.\n",
-                                     command ? "what has acted since the last sample" : "measured with y");
+  values["INPUT_NOTE"] = fmt::format("// u: the inputs {}. If one is not finite, its last good value is held.\n",
+                                     command ? "that have acted since the last sample" : "measured with y");
   if (command) values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNu);  // u has acted since the last sample\n";
   values["READ"] += "  copy(given + kNy, u, kNu);\n";
   if (acting_inputs(m) > 0) {
@@ -38,21 +38,21 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
   }
 }
 
-/// Computed outputs: expressions over the arguments of step().
+/// Sets the values for computed outputs, which are expressions of the arguments of step().
 void set_computed(const Model& m, const Initialiser& init, Values& values) {
   values["COMPUTE"] =
-      "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +
+      "// Computes outputs from the measured readings.\nstatic void compute(Scalar* r) {\n" +
       computed_statements(m, init, "  ", [](const std::string& product) { return "(" + product + ")"; }) + "}\n\n";
   for (const char* key : {"READ", "START_READ"}) values[key] += "  compute(given);\n";
 }
 
-/// Whether a slow output may fail: it fades once it is late.
+/// Returns true if a slow output may fail. Such an output fades once it is late.
 bool has_slow_failing(const Model& m) {
   const std::vector<int> samples = not_due(m);
   return std::ranges::any_of(m.failures.outputs, [&](int j) { return samples[static_cast<std::size_t>(j)] > 0; });
 }
 
-/// As nlo/sensor_failures.h.
+/// Sets the values for sensors that may fail; nlo/sensor_failures.h has the equations.
 void set_failures(const Model& m, const std::string& name, const Initialiser& init, Values& values) {
   const SensorFailures& f = m.failures;
   const std::string suffix = init.scalar_bytes() == 4 ? "f" : "";
@@ -78,7 +78,9 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["FILL_START"] = fill("observer", "");
   values["NOTE_MISSING_START"] = mark("observer");
   values["STALENESS"] = fmt::format(
-      "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
+      "// Returns the staleness of an output that may be missing ({1}): 0 while it is measured; it approaches 1 while "
+      "it "
+      "is missing.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",
       name,
       fmt::join(

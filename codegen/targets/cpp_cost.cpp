@@ -13,14 +13,14 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   cost.step_activations = structure.step_activations();
   cost.estimate_multiply_adds = structure.estimate_multiply_adds();
   cost.estimate_activations = structure.estimate_activations();
-  // Sample period, output range, domain, the structure's own, the networks.
+  // Sample period, output range, domain, the structure's own numbers, the networks.
   cost.constant_bytes = bytes * (1 + 3 * m.nr() + 2 * nz + structure.own_scalars());
   for (const CppNetwork& network : structure.networks()) cost.constant_bytes += network.constant_bytes(init);
   const auto failing = static_cast<Eigen::Index>(m.failures.outputs.size());
-  constexpr Eigen::Index kInt = 4;  // which output; padded to whole scalars
+  constexpr Eigen::Index kInt = 4;  // index of an output; padded to whole scalars
   if (failing > 0) cost.constant_bytes += bytes * (failing + 2 + (kInt * failing + bytes - 1) / bytes);
   const Eigen::Index channels = ny + nu + failing;
-  const Eigen::Index scalars = (2 * channels + 2 + bytes - 1) / bytes;  // taken by the channels' health and flags
+  const Eigen::Index scalars = (2 * channels + 2 + bytes - 1) / bytes;  // for the health and the flags of the channels
   cost.observer_bytes = bytes * (1 + nz + channels + scalars);          // pointer (32 bit, padded), z, y, u
   return cost;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The main export: one readable C++20 header that defines nlo::NAME::kModel and its Observer type over the runtime.
+// Writes the main export: one readable C++20 header that defines nlo::NAME::kModel and its Observer type with the
+// runtime.
 #pragma once
 
 #include <string>
@@ -8,7 +9,8 @@
 
 namespace nlo::codegen {
 
-/// The header's text: the same bytes for the same model. Throws Error when a number does not fit the scalar.
+/// Returns the header's text, with the same bytes for the same model. Throws Error if the scalar cannot represent a
+/// number.
 std::string cpp_header(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

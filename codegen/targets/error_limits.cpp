@@ -44,9 +44,9 @@ Eigen::VectorXd error_limits(const std::string& text, const Model& m) {
 
 std::string samples_text(const ExportError& error) {
   const std::string count = grouped(error.samples) + " samples in its domain, ";
-  if (error.recorded == 0) return count + "of synthetic tones, for want of recorded flights";
-  if (error.recorded == error.samples) return count + "of flights that training recorded";
-  return count + grouped(error.recorded) + " of flights that training recorded, the others of synthetic tones";
+  if (error.recorded == 0) return count + "from synthetic tones, because no flight was recorded";
+  if (error.recorded == error.samples) return count + "from flights that training recorded";
+  return count + grouped(error.recorded) + " from flights that training recorded, the rest from synthetic tones";
 }
 
 std::string error_table(const PreparedExport& prepared) {

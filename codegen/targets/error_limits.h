@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The error of an export for people: a table, and the limits that a user sets on it.
+// The error of an export for users: a table, and the limits that a user sets.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,18 +9,18 @@
 
 namespace nlo::codegen {
 
-/// "0.01" (every state, each in its unit) or "x1=0.01,x2=0.2" (the others are free) as one number per state. Throws
-/// Error that names the states there are.
+/// Reads limits: "0.01" (for every state, in its unit) or "x1=0.01,x2=0.2" (the other states are not limited). Returns
+/// one number per state. Throws Error that names the model's states.
 Eigen::VectorXd error_limits(const std::string& text, const Model& model);
 
-/// "11,602 samples in its domain, of flights that training recorded".
+/// Describes the samples: "11,602 samples in its domain, from flights that training recorded".
 std::string samples_text(const ExportError& error);
 
-/// A line per state: the largest error in the domain, the 99.9 % quantile, rms, and the largest outside.
+/// Returns a line per state: the largest error in the domain, the 99.9 % quantile, rms, and the largest outside.
 std::string error_table(const PreparedExport& prepared);
 
-/// Empty when every maximum in the domain is within its limit (n_x; infinite: free); else the state that exceeds it,
-/// by how much, and the remedy.
+/// Returns an empty text if the largest error of every state in the domain is within its limit (n_x; infinite: no
+/// limit). Otherwise it names the state, its error and the remedy.
 std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd& limits);
 
 }  // namespace nlo::codegen

@@ -36,7 +36,8 @@ std::string facts(const Model& m) {
   constexpr std::size_t kLongestName = 28, kLongestFact = 84;
   std::string text;
   for (const auto& [name, fact] : m.provenance) {
-    if (fact.find_first_of("\r\n") != std::string::npos) continue;  // a whole config: the model file has it
+    // The whole experiment, which only the model file contains.
+    if (fact.find_first_of("\r\n") != std::string::npos) continue;
     text += fmt::format("//   {:<{}}  {}\n", safe_comment(name, kLongestName), kLongestName,
                         safe_comment(fact, kLongestFact));
   }
@@ -54,7 +55,7 @@ std::string ranges_text(const PreparedExport& prepared) {
     if (j >= m.measured() && j < m.ny()) continue;  // computed
     std::string said;
     if (ranges.wrap(j) > 0.0) {
-      said = fmt::format("multiples of {:.9g} do not matter; held beyond {:.9g} and {:.9g}", ranges.wrap(j),
+      said = fmt::format("whole multiples of {:.9g} are removed; held outside of {:.9g} to {:.9g}", ranges.wrap(j),
                          ranges.min(j), ranges.max(j));
       wraps = true;
     } else {
@@ -67,7 +68,7 @@ std::string ranges_text(const PreparedExport& prepared) {
     for (const Channel& channel : inputs(m))
       text += fmt::format("//   {:<26}  used unchanged\n", channel_text(channel));
   if (wraps)
-    text += "// A reading that may go beyond: give what is left of whole multiples (fmod), which has no limit.\n";
+    text += "// If a reading may go beyond, give it without its whole multiples (fmod): then it has no limit.\n";
   if (clamps)
     text += fmt::format(
         "// While a reading is clamped, in_domain() is false.\n"
@@ -90,16 +91,16 @@ std::string arithmetic_note(const PreparedExport& prepared) {
   if (is_int16)
     text += fmt::format(
         "// {} in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
-        "// Where z leaves its domain, T* is that of the nearest point in it. ",
+        "// If z leaves the domain, T* returns its value at the nearest point of the domain.\n",
         prepared.quantised()->units ? "Gated units and T* are" : "T* is", has_table ? ", tanh by a table" : "");
   if (half)
     text += fmt::format("// Weights of layers are in {}, 2 bytes each; the arithmetic and all else is float.\n",
                         weight_name(options.weights));
   if (!tanh.empty()) text += fmt::format("// {}.\n", tanh);
   text += fmt::format(
-      "{}What this arithmetic costs, over\n// {}\n"
-      "// (largest error, 99.9 % of samples within, rms; largest outside of the domain):\n",
-      is_int16 ? "" : "// ", samples_text(error));
+      "// Error of this arithmetic over {}:\n"
+      "// the largest, the 99.9 % quantile and the rms in the domain; the largest outside of it:\n",
+      samples_text(error));
   for (int i = 0; i < m.nx(); ++i)
     text += fmt::format("//   {:<26}  {:.1e}, {:.1e}, {:.1e}; {}\n",
                         channel_text(m.states[static_cast<std::size_t>(i)]), error.max(i), error.quantile999(i),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of every export, in any language: comments about the model, and checks of a scalar's range.
+// Parts of every export in any language: comments about the model, and checks of the range of a scalar.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,35 +15,36 @@
 
 namespace nlo::codegen {
 
-/// "x1 [m]"
+/// Returns "x1 [m]".
 std::string channel_text(const Channel& channel);
 
-/// "x1 [m], x2 [m/s]", or "x1, x2".
+/// Returns "x1 [m], x2 [m/s]", or "x1, x2".
 std::string channel_list(const std::vector<Channel>& channels, bool with_units);
 
-/// "12 multiply-adds, 4 activations"
+/// Returns "12 multiply-adds, 4 activations".
 std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activations);
 
-/// The model's provenance as lines of comment, a heading above them; empty when there is none.
+/// Returns the model's provenance as comment lines with a heading; empty if there is none.
 std::string facts(const Model& model);
 
-/// The readings as lines of comment: the range in which each is used unchanged, and the treatment beyond.
+/// Returns comment lines about the readings: the range in which each is used unchanged, and what happens beyond it.
 std::string ranges_text(const PreparedExport& prepared);
 
-/// Lines of comment on numbers that are not plain scalars (int16, weights of 16 bits, a chosen tanh). Empty for plain
-/// scalars.
+/// Returns comment lines about numbers that are not plain scalars (int16, weights of 16 bits, a chosen tanh). Empty for
+/// plain scalars.
 std::string arithmetic_note(const PreparedExport& prepared);
 
-/// Fills the templates below `folder` ("zephyr/") whose name `wanted` accepts. Paths are relative to it, with `name` in
-/// place of NAME.
+/// Fills the templates in `folder` ("zephyr/") whose name `wanted` accepts. Paths are relative to it, and `name`
+/// replaces NAME.
 std::vector<NamedText> filled_folder(
     std::string_view folder, const std::string& name, const std::map<std::string, std::string>& values,
     const std::function<bool(std::string_view)>& wanted = [](std::string_view) { return true; });
 
-/// Values for the templates of wrappers around the C99 pair of `prepared`: names, sizes, the scalar, channels in words.
+/// Returns values for the templates of wrappers around the C99 pair of `prepared`: names, sizes, the scalar, channels
+/// in words.
 std::map<std::string, std::string> wrapper_values(const PreparedExport& prepared);
 
-/// Throws Error when the sample period or an output's range is lost in the scalar.
+/// Throws Error if the scalar rounds the sample period to zero or an output's range to nothing.
 void check_rounding(const Model& model, ScalarType scalar);
 
 }  // namespace nlo::codegen

@@ -48,18 +48,18 @@ constexpr auto kAlarmItems = std::to_array<EnumerationItem>(
      {"innovation_mean", 1, "the errors of the predictions have a mean that noise does not explain"},
      {"innovation_variance", 2, "the errors of the predictions are larger than in training"},
      {"innovation_correlation", 3, "neighbouring errors of the predictions are correlated"},
-     {"latent_distance", 4, "the latent state is where training seldom was"},
+     {"latent_distance", 4, "the latent state is in a region that training seldom reached"},
      {"missing", 5, "too many readings are missing, frozen or rejected by the gate"},
      {"disagreement", 6, "the map and its linear fit disagree: the estimate extrapolates"},
      {"reset", 7, "a bit flip corrupted memory: the monitor starts again"}});
 
-/// A variable of modelDescription.xml. Value references count from 0 in the order of variables(), as the enumeration of
-/// the sources' value references does; the elements of arrays follow where a version of FMI has no arrays.
+/// A variable of modelDescription.xml. Value references count from 0 in the order of variables(), like the enumeration
+/// in the sources. If the version of FMI has no arrays, the elements of arrays follow.
 struct Variable {
   std::string name, type, causality, variability = {};  ///< `type`: as FMI 3.0 names it
   std::string start = {}, declared_type = {};
   std::string description = {}, unit = {};
-  int elements = 1;  ///< more: an array
+  int elements = 1;  ///< number of elements; above 1: an array
 
   bool is_output() const { return causality == "output"; }
 };
@@ -96,11 +96,11 @@ std::vector<Variable> variables(const Model& m) {
                   .type = "Enumeration",
                   .causality = "output",
                   .declared_type = "StepStatus",
-                  .description = "what the step did with the readings"});
+                  .description = "result of the step: how the readings were used"});
   list.push_back({.name = "in_domain",
                   .type = "Boolean",
                   .causality = "output",
-                  .description = "the latent state is where training has been"});
+                  .description = "true if the latent state is in the range of the training"});
   if (m.monitor)
     list.push_back({.name = "alarm",
                     .type = "Enumeration",
@@ -127,7 +127,7 @@ std::vector<Variable> variables(const Model& m) {
                   .causality = "local",
                   .variability = "constant",
                   .start = fmt::format("{}", m.sample_period_s),
-                  .description = "seconds between readings in training",
+                  .description = "sample period of the training",
                   .unit = "s"});
   return list;
 }
@@ -144,7 +144,7 @@ std::string enumeration_items(std::span<const EnumerationItem> items) {
   return text;
 }
 
-/// A variable of FMI 3.0.
+/// Writes a variable of FMI 3.0.
 std::string variable_text(const Variable& v, std::size_t reference) {
   return fmt::format("    <{} name=\"{}\" valueReference=\"{}\"{}{}{}{}{}{}", v.type, v.name, reference,
                      attribute("causality", v.causality), attribute("variability", v.variability),
@@ -153,7 +153,7 @@ std::string variable_text(const Variable& v, std::size_t reference) {
          (v.elements == 1 ? "/>\n" : fmt::format("><Dimension start=\"{}\"/></{}>\n", v.elements, v.type));
 }
 
-/// A scalar variable of FMI 2.0.
+/// Writes a scalar variable of FMI 2.0.
 std::string scalar_variable_text(const Variable& v, std::size_t reference) {
   const bool is_real = v.type == "Float64";
   return fmt::format("    <ScalarVariable name=\"{}\" valueReference=\"{}\"{}{}{}><{}{}{}{}/></ScalarVariable>\n",
@@ -163,8 +163,8 @@ std::string scalar_variable_text(const Variable& v, std::size_t reference) {
                      attribute("start", v.start));
 }
 
-/// The variables of FMI 2.0 with their references: the scalars, then the elements of the arrays, z[1] and so on. Time
-/// is none of them.
+/// Returns the variables of FMI 2.0 with their references: the scalars, then the elements of the arrays, z[1] and so
+/// on. Time is not a variable there.
 std::vector<std::pair<Variable, std::size_t>> scalars_of(const std::vector<Variable>& list) {
   std::vector<std::pair<Variable, std::size_t>> scalars;
   for (std::size_t reference = 0; reference < list.size(); ++reference)
@@ -186,7 +186,7 @@ std::vector<std::pair<Variable, std::size_t>> scalars_of(const std::vector<Varia
   return scalars;
 }
 
-/// The parts of modelDescription.xml and of the page that list variables.
+/// Returns the parts of modelDescription.xml and of the page that list variables.
 Values lists_of(const std::vector<Variable>& list, Fmi version) {
   Values values = {{"STATUS_ITEMS", enumeration_items(kStatusItems)}, {"ALARM_ITEMS", enumeration_items(kAlarmItems)}};
   std::set<std::string> units;
@@ -224,8 +224,8 @@ std::uint64_t hash_of(const std::vector<NamedText>& files, std::uint64_t hash) {
   return hash;
 }
 
-/// All files of an FMU but its library. One of FMI 2.0 has the functions of FMI 3.0 under other names, and its own call
-/// them.
+/// Returns all files of an FMU except its library. The functions of FMI 2.0 call those of FMI 3.0, which are included
+/// under other names.
 std::vector<NamedText> files_of(const PreparedExport& given, Fmi version) {
   const bool is_2 = version == Fmi::k2;
   const PreparedExport prepared = for_c99(given, is_2 ? "fmu2" : "fmu");
@@ -283,7 +283,7 @@ std::string platform_of(std::string_view library, Fmi version) {
   return processor.empty() ? "" : processor + "-linux";
 }
 
-/// The archive with a library by this machine's compiler.
+/// Returns the archive with a library that the compiler of this machine has made.
 std::vector<NamedText> with_library(const PreparedExport& prepared, Fmi version) {
   const std::string instead = fmt::format("name one in CC, or export --target {}-sources, which the importer compiles",
                                           version == Fmi::k2 ? "fmu2" : "fmu");

@@ -16,35 +16,37 @@
 namespace nlo::codegen {
 namespace {
 
-// How much further than its emulation (codegen/replay/replay_run.h) an export may be from the equations: it sums in
-// another order, and discretises irregular steps in its own scalar.
+// The tolerance of an export is this many times the error of its emulation (codegen/replay/replay_run.h), because the
+// export sums in another order and discretises irregular steps in its own scalar.
 constexpr double kTimesMeasured = 8.0;
-constexpr double kTimesMeasuredInt16 = 1.25;  // of the estimate: its integers have the bits of the emulation
-constexpr double kTimesCoarse = 1.25;   // 16-bit weights and a coarser tanh err as in the emulation, up to rounding
-constexpr double kTimesRounding = 8.0;  // of the largest value: an emulation may happen to be exact
+constexpr double kTimesMeasuredInt16 = 1.25;  // for the estimate, whose integers have the bits of the emulation
+constexpr double kTimesCoarse =
+    1.25;  // for 16-bit weights and a coarser tanh: same error as the emulation up to rounding
+constexpr double kTimesRounding = 8.0;  // rounding units of the largest value, because an emulation may be exact
 
-/// How far each row of an export may be off.
+/// Returns the tolerance of each row of an export.
 Eigen::VectorXd tolerance(const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double times, ScalarType scalar) {
   const double rounding =
       kTimesRounding * (scalar == ScalarType::kDouble ? std::numeric_limits<double>::epsilon()
                                                       : static_cast<double>(std::numeric_limits<float>::epsilon()));
-  // Rounding relative to the largest entry of any row: pairs mix theirs.
+  // Rounding is relative to the largest entry of any row, because the two rows of a pair mix.
   const Eigen::VectorXd measured = times * (want - got).cwiseAbs().rowwise().maxCoeff();
-  // An unknown sigma is one number in all arithmetics.
+  // An unknown sigma is the same number in every arithmetic.
   const auto size = want.array().abs();
   return measured.array() + rounding * (size < static_cast<double>(kUnknownSigma)).select(size, 0.0).maxCoeff();
 }
 
-/// How far `coarse` may be off, an export of 16-bit weights or of a coarser tanh, beside `plain`, the same without.
+/// Returns the tolerance of `coarse`, an export with 16-bit weights or a coarser tanh. `plain` is the same without
+/// them.
 Eigen::VectorXd tolerance(const ReplayRun& coarse, const ReplayRun& plain, Eigen::MatrixXd ReplayRun::*want,
                           Eigen::MatrixXd ReplayRun::*got) {
   return kTimesCoarse * (coarse.*want - coarse.*got).cwiseAbs().rowwise().maxCoeff() +
          tolerance(plain.*want, plain.*got, kTimesMeasured, ScalarType::kFloat);
 }
 
-/// What a replay of any language says.
+/// Content of a replay in any language.
 struct Golden {
-  std::string name, flags;  ///< flags: of the export that it belongs to
+  std::string name, flags;  ///< flags: options of the export that it belongs to
   Initialiser init;
   ReplayRun run;
   std::string z_tolerance, x_hat_tolerance, sigma_tolerance, explanation;
@@ -81,8 +83,8 @@ std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std:
   return text + "}";
 }
 
-/// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it. Each ends in
-/// the standard deviations `sigma`, n_x x N, where there are any.
+/// Writes one line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it. A
+/// line ends in the standard deviations `sigma`, n_x x N, if there are any.
 template <class StatusText>
 std::string samples_text(const Golden& golden, int measured, const std::string& missed, const StatusText& status_text,
                          const Eigen::MatrixXd& sigma) {
@@ -100,25 +102,27 @@ std::string samples_text(const Golden& golden, int measured, const std::string& 
   return text;
 }
 
-constexpr const char* kNearest = "// Outside of the domain, T* is that of the nearest point in it: what int16 does.\n";
+constexpr const char* kNearest = "// Outside of the domain, int16 returns T* of the nearest point of the domain.\n";
 
-constexpr const char* kBesidePlain = "// And {:g} times what plain float with the most accurate tanh showed.\n";
+constexpr const char* kBesidePlain =
+    "// Added to it are {:g} times the differences of plain float with the most accurate tanh.\n";
 
 constexpr const char* kExplanation =
-    R"(// The answers are the model's equations in double, nothing folded. Tolerances: {0:g} times the largest difference
-// that the exported arithmetic (folded, in {1}, with the runtime's activation) showed on these very samples, plus {2:g}
-// rounding units of the largest value: sums in another order round otherwise, a wrong weight is much further off.
+    R"(// The expected results are those of the model's equations in double, with nothing folded. A tolerance is
+// {0:g} times the largest difference of the exported arithmetic (folded, in {1}, with the runtime's activation) on
+// these samples, plus {2:g} rounding units of the largest value. Sums in another order stay within it; a wrong weight
+// does not.
 {3})";
 
 constexpr const char* kTop =
-    R"(// {0}: what its observer must answer, generated. Do not edit; make it again by
+    R"(// {0}: golden inputs and the expected results of its observer, generated. Do not edit. To make it again:
 //   nlo export model.json --target replay{1} -o {0}_replay.h
 //
 {2}//
 //   #include "{0}.h"
 //   #include "{0}_replay.h"
 //   nlo::{0}::Observer observer{{nlo::{0}::kModel}};
-//   const int wrong = nlo::{0}::replay::first_mismatch(observer);  // -1: all as they must be
+//   const int wrong = nlo::{0}::replay::first_mismatch(observer);  // -1: all results are right
 #pragma once
 
 #include <nlo/vector.h>
@@ -144,7 +148,7 @@ inline constexpr Sample kSamples[] = {{
 
 constexpr const char* kBottom = R"(}};
 
-/// Steps `observer`, fresh or reset, through the samples. Returns the first that it answers wrongly, or -1.
+/// Steps `observer`, new or reset, through the samples. Returns the index of the first wrong result, or -1.
 template <class Observer>
 int first_mismatch(Observer& observer) {{
   const auto agrees = []({0} got, {0} want, {0} tolerance) {{
@@ -169,7 +173,7 @@ int first_mismatch(Observer& observer) {{
 }}  // namespace nlo::{4}::replay
 )";
 
-/// Factors on what the emulation showed.
+/// Returns the factor on the errors of the emulation.
 double times_measured(const ExportOptions& options) {
   const bool is_coarse = options.weights != WeightType::kFull || options.tanh != Activation::kTanh;
   return options.scalar == ScalarType::kInt16 ? kTimesMeasuredInt16 : is_coarse ? kTimesCoarse : kTimesMeasured;

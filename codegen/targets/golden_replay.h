@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Golden inputs and answers for an exported header, to replay on any target: what a board computes is held against the
-// model's equations in double.
+// Golden inputs and outputs of an exported header, to replay on any target: the results of a board are compared with
+// the model's equations in double.
 #pragma once
 
 #include <string>
@@ -9,19 +9,19 @@
 
 namespace nlo::codegen {
 
-/// Inputs, the answers that must follow, and how far those of an export may be off, in each row of z, x_hat, sigma.
+/// Inputs, expected outputs, and tolerances of an export for each row of z, x_hat and sigma.
 struct GoldenReplay {
   ReplayRun run;
   Eigen::VectorXd z_tolerance, x_hat_tolerance, sigma_tolerance = {};
 };
 GoldenReplay golden_replay(const PreparedExport& prepared);
 
-/// A header with `options.samples` measurements (smooth, with missed and out-of-range ones, a stretch of irregular
-/// steps, angles that turn), the latent states, estimates and statuses that must follow, and the tolerances, measured
-/// by the machine that exports. Throws Error when the model is not valid.
+/// Returns a header with `options.samples` measurements (smooth, with missing and out-of-range ones, some irregular
+/// steps, angles that turn), the expected latent states, estimates and statuses, and tolerances, which are measured on
+/// the machine that exports. Throws Error if the model is not valid.
 std::string replay(const PreparedExport& prepared);
 
-/// The same in C99, for what target c99 writes. Throws Error unless that is a KKL observer.
+/// Returns the same in C99, for the files of target c99. Throws Error if C99 does not support the model.
 std::string replay_c99(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

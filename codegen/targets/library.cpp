@@ -24,8 +24,8 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// Headers of the runtime that no microcontroller needs: they are included only for vector instructions of x86, 64-bit
-/// Arm and RISC-V.
+/// Headers of the runtime that a microcontroller does not need: they are included only for vector instructions of x86,
+/// 64-bit Arm and RISC-V.
 constexpr auto kForVectors = std::to_array<std::string_view>(
     {"nlo/kernels/riscv_vectors.h", "nlo/kernels/x86_dispatch.h", "nlo/kernels/per_isa/aarch64_limited.inc",
      "nlo/kernels/per_isa/avx512_inputs.inc", "nlo/kernels/per_isa/batch.inc", "nlo/kernels/per_isa/one_isa.inc",
@@ -38,7 +38,7 @@ constexpr std::string_view kMicrocontrollersOnly =
     "#error \"this library is for microcontrollers: for this processor, nlo export --target cpp writes the header\"\n"
     "#endif\n";
 
-/// Stops an older C++ with one error that says what to do. `processors` stands before it.
+/// Adds a check that stops an older C++ with one error and its remedy. `processors` is written before the check.
 std::string guarded(const std::string& header, const std::string& name, bool has_c99, std::string_view processors) {
   constexpr std::string_view kOnce = "#pragma once\n";
   const std::size_t at = header.find(kOnce) + kOnce.size();
@@ -58,7 +58,7 @@ std::string calls(const char* prefix, const std::vector<Channel>& channels) {
   return text;
 }
 
-/// One function per output; `body` is given its range and its number.
+/// Writes one function per output. `body` gets the number of the output and its range.
 template <class Body>
 std::string reads(const Model& m, const Initialiser& init, const Body& body) {
   std::string text;
@@ -66,7 +66,7 @@ std::string reads(const Model& m, const Initialiser& init, const Body& body) {
     text += fmt::format("static {} read_{}() {{ return {}; }}\n", init.scalar_name(),
                         m.outputs[static_cast<std::size_t>(j)].name, body(j, m.output_min(j), m.output_max(j)));
   if (m.nu() == 0) return text;
-  text += "// What your controller commands.\n";
+  text += "// Put the commands of your controller here.\n";
   for (const Channel& input : inputs(m))
     text += fmt::format("static {} command_{}() {{ return 0; }}\n", init.scalar_name(), input.name);
   return text;
@@ -123,7 +123,7 @@ Values values_of(const PreparedExport& prepared) {
   };
 }
 
-/// Further values for the package of ros2_control.
+/// Returns further values for the package of ros2_control.
 Values ros2_values_of(const PreparedExport& prepared) {
   const Model& m = prepared.model();
   const std::string& name = prepared.name();

@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// A binary format: numbers are whole multiples of 2^(exponent - bits), and of 2^lowest where they are subnormal.
+/// A binary format. Numbers are whole multiples of 2^(exponent - bits); subnormal numbers are multiples of 2^lowest.
 struct Format {
   int bits, lowest;
   double largest;

@@ -14,40 +14,40 @@
 
 namespace nlo::codegen {
 
-/// One tanh of the runtime.
+/// A tanh of the runtime, with its largest error.
 struct TanhTier {
   Activation kind;
   double max_error;
 };
 
-/// Cheapest first.
+/// The cheapest comes first.
 inline constexpr std::array kTanhTiers = {TanhTier{Activation::kTanh5e5, kTanh5e5MaxError},
                                           TanhTier{Activation::kTanh5e6, kTanh5e6MaxError},
                                           TanhTier{Activation::kTanh, kTanhMaxError}};
 
-/// A hidden layer of the model goes through tanh.
+/// Returns true if a hidden layer of the model has tanh.
 bool has_tanh(const FoldedModel& folded);
 
-/// `folded` in the numbers of `options`: weights of layers rounded to 16 bits, the tanh that was chosen. A header
-/// writes these numbers and the emulation in replay_run.h runs them. Throws Error, naming the layer and the mend, when
-/// a weight overflows, or when the scalar does not go with 16 bits.
+/// Returns `folded` in the numbers of `options`: weights of layers rounded to 16 bits, and the chosen tanh. A header
+/// contains these numbers, and the emulation in replay_run.h uses them. Throws Error with the layer and the remedy if a
+/// weight overflows, or if the scalar does not support 16 bits.
 FoldedModel in_formats(FoldedModel folded, const ExportOptions& options);
 
-/// The nearest number that 16 bits hold, ties to even: from double at once, for by way of float it could be rounded
-/// twice. Infinity beyond the largest; a float comes as it is.
+/// Returns the nearest number in 16 bits, ties to even. It rounds directly from double, because rounding to float first
+/// could round twice. Returns infinity beyond the largest number, and a float unchanged.
 double rounded(double value, WeightType type);
 
-/// Throws Error when `options` ask for weights that `target` does not write.
+/// Throws Error if `options` ask for weights that `target` does not support.
 void check_weights(const ExportOptions& options, std::string_view target);
 
-/// "tanh within 5e-06 (Activation::kTanh5e6): the cheapest that --max-error 0.01 allows"; empty when nothing was
+/// Returns "tanh within 5e-06 (Activation::kTanh5e6): the cheapest that --max-error 0.01 allows"; empty if none was
 /// chosen.
 std::string tanh_note(const ExportOptions& options);
 
-/// " --scalar double --weights bf16 --max-error 0.01": the options of the command line that give these numbers.
+/// Returns the command-line options that give these numbers: " --scalar double --weights bf16 --max-error 0.01".
 std::string number_flags(const ExportOptions& options);
 
-/// "float", "int16", "float with weights in bf16".
+/// Returns "float", "int16" or "float with weights in bf16".
 std::string numbers_name(const ExportOptions& options);
 
 }  // namespace nlo::codegen

@@ -10,7 +10,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// A file name without folder and ending, which its text calls itself too: "rig_c99".
+/// Returns a file name without folder and ending, "rig_c99". The text of the file uses the same name.
 std::string stem_of(const std::string& path) {
   const std::size_t name = path.rfind('/') + 1;
   return path.substr(name, path.rfind('.') - name);
@@ -25,7 +25,7 @@ std::optional<TextForm> form_of(const NamedText& file) {
   return std::nullopt;
 }
 
-/// An archive's files, or these themselves.
+/// Returns the files of the archive, or `files` if they are not an archive.
 std::vector<NamedText> unpacked(const std::vector<NamedText>& files) {
   return files.size() == 1 && files.front().text.starts_with("PK") ? unzipped(files.front().text) : files;
 }

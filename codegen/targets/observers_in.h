@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The observers among the files of an export.
+// Finds the observers among the files of an export.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ enum class TextForm : std::uint8_t {
   kSingle,  ///< the same in one C++ header
 };
 
-/// An observer in one language among the files of an export: a C99 pair, a C++ header.
+/// An observer in one language among the files of an export: a C99 pair or a C++ header.
 struct GeneratedObserver {
   TextForm form;
   std::string name;
-  std::vector<NamedText> files;  ///< the header first
+  std::vector<NamedText> files;  ///< the header is the first
 };
 
-/// Finds the observers in `files`, or in an archive among them.
+/// Returns the observers in `files`, or in an archive among them.
 std::vector<GeneratedObserver> observers_in(const std::vector<NamedText>& files);
 
-/// `prepared` under the name that this one of its observers has.
+/// Returns `prepared` under the name that it has in one of its observers.
 PreparedExport named(const PreparedExport& prepared, const std::string& name);
 
 }  // namespace nlo::codegen

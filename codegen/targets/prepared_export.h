@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model as one set of options exports it, prepared once for all that write, measure and judge it.
+// A model prepared for export with one set of options. All code that writes, measures or judges the export shares it.
 #pragma once
 
 #include <memory>
@@ -32,18 +32,19 @@ class PreparedExport {
   const Initialiser& initialiser() const { return initialiser_; }
   ExportSource source() const { return {model_, folded_, initialiser_, quantised()}; }
 
-  /// The error of its arithmetic, measured at the first call. Throws Error if too few samples lie in the domain.
+  /// Returns the error of its arithmetic, measured at the first call. Throws Error if too few samples are in the
+  /// domain.
   const ExportError& error() const;
 
   /// Prepares the same model with other options. Measurements of the model itself are shared.
   PreparedExport with(const ExportOptions& options) const;
 
  private:
-  /// The model itself, for all options alike.
+  /// The model itself, which all options share.
   struct Exact {
     explicit Exact(const Model& m) : plain(fold(m)) {}
     const FoldedModel plain;
-    std::unique_ptr<const ErrorReplay> replay;  ///< once it was asked for
+    std::unique_ptr<const ErrorReplay> replay;  ///< made at its first use
   };
 
   PreparedExport(const Model& model, const ExportOptions& options, std::shared_ptr<Exact> exact);
@@ -59,7 +60,7 @@ class PreparedExport {
   mutable std::optional<ExportError> error_;
 };
 
-/// Its golden replay (replay_run.h).
+/// Returns its golden replay (replay_run.h).
 ReplayRun run_replay(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

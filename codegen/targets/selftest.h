@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A program that tests an observer on the target that it flies on: golden replay, and cycles of a step and an estimate.
+// Writes a program that tests an observer on its target: golden replay, and cycles of a step and an estimate.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace nlo::codegen {
 
-/// The C99 pair, its replay, the test, a header of cycle counters and a main.c. Throws Error as c99() does.
+/// Returns the C99 pair, its replay, the test, a header of cycle counters and a main.c. Throws Error if c99() does.
 std::vector<NamedText> selftest(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

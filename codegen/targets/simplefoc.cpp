@@ -33,13 +33,13 @@ const Role kVelocity = {"velocity", "state", "rad/s", {"velocity", "omega", "spe
 constexpr std::string_view kNone = "none";
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// The channel of `role`: the one that `given` names, or the only one of its unit, or without a unit of its names.
-/// Null: an angle that no output is. Throws Error that lists the channels.
+/// Finds the channel of `role`: the channel that `given` names, else the only one with its unit, else one without a
+/// unit that has one of its names. Returns null if no output is an angle. Throws Error that lists the channels.
 const Channel* find(const Role& role, const std::string& given, const std::vector<Channel>& channels, bool may_lack) {
   const std::string known = channel_list(channels, true);
   if (may_lack && given == kNone) return nullptr;
   const Channel* found = nullptr;
-  bool told = true;  // by each channel's unit, that it is no angle
+  bool told = true;  // the units show that no channel is an angle
   for (const Channel& channel : channels) {
     bool is_it = channel.name == given;
     if (given.empty()) {
@@ -64,7 +64,7 @@ const Channel* find(const Role& role, const std::string& given, const std::vecto
   return found;
 }
 
-/// The expression of a reading in the example: a value of SimpleFOC that has its unit, else `otherwise`.
+/// Returns the expression of a reading in the example: a value of SimpleFOC with the same unit, else `otherwise`.
 std::string given_by_motor(const Channel& channel, const char* otherwise) {
   if (channel.unit == "V") return "motor.sensor_direction * motor.voltage.q";
   if (channel.unit == "A") return "motor.sensor_direction * motor.current.q";

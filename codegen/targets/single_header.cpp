@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Stands for NAME in the C99 templates, so that no name of the user looks like one of theirs.
+/// Stands for NAME in the C99 templates, so that a name of the user cannot equal a name of the templates.
 constexpr std::string_view kSelf = "SELF";
 
 std::string word_in_cpp20(const std::string& word) {
@@ -64,12 +64,12 @@ std::string words_in_cpp20(std::string_view line) {
     }
     const std::string word = word_in_cpp20(std::string(line.substr(i, end - i)));
     text += word;
-    i = word.empty() ? end + 1 : end;  // with the space behind it
+    i = word.empty() ? end + 1 : end;  // also removes the space behind it
   }
   return text;
 }
 
-/// The generated C in C++20:
+/// Converts the generated C to C++20:
 ///   static, static const, enum { kN = 1 };   inline, inline constexpr, inline constexpr int kN = 1;
 ///   typedef struct { } T;  typedef enum { }  struct T { };  enum class T { };
 ///   NAME_step, NAME_OK, uint8_t              step, Status::kOk, std::uint8_t
@@ -108,7 +108,7 @@ std::string in_cpp20(std::string_view c) {
       if (!type.empty()) replace(line, scope, "");  // an enumerator where it is declared
     const std::size_t indent = line.find_first_not_of(' ');
     if (before.starts_with("inline ") && before.ends_with(',') && before.size() + 1 + line.size() - indent <= kWidth) {
-      text.back() = ' ';  // a signature that is short without IN_FLASH
+      text.back() = ' ';  // without IN_FLASH the signature fits on one line
       line.erase(0, indent);
     }
     text += line + "\n";

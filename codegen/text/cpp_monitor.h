@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The monitor of a model in generated text: its constants, and all of it that a C++ header has.
+// The monitor of a model in generated text: its constants, and its part of a C++ header.
 #pragma once
 
 #include <string>
@@ -20,10 +20,10 @@ struct MonitorConstant {
   bool is_integer() const { return std::string_view(type) != "Scalar"; }
 };
 
-/// The constants of a model that has a monitor, as for all functions here.
+/// Returns the constants of the monitor. The model must have one, as for all functions here.
 std::vector<MonitorConstant> monitor_constants(const Model& model, const Initialiser& init);
 
-/// A comment on the rate that its limits were set for.
+/// Returns a comment that states the rate of false alarms for which the limits were set.
 std::string monitor_promise(const Monitor& monitor);
 
 std::string cpp_monitor(const Model& model, const Initialiser& init);

@@ -11,11 +11,11 @@
 namespace nlo::codegen {
 namespace {
 
-// Laying a layer out as a constant costs g++ some 25 us per weight, and clang++ gives up on large ones. Smaller
-// networks keep the readable form.
+// Packing a layer at compile time takes g++ some 25 us per weight, and clang++ refuses large layers. Smaller networks
+// keep the readable form.
 constexpr Eigen::Index kLargeNetwork = 16384, kLargeLayer = 1024;  // weights
 
-/// The initialiser of PanelDense::weights: the order in memory, one input of one tile of outputs per line.
+/// Writes the initialiser of PanelDense::weights in the order of the memory: one input of one tile of outputs per line.
 std::string panels(const Initialiser& init, const Eigen::MatrixXd& weights, const std::string& field) {
   const kernels::PanelLayout layout{static_cast<int>(weights.cols()), static_cast<int>(weights.rows())};
   Eigen::VectorXd packed = Eigen::VectorXd::Zero(layout.weights());
@@ -35,7 +35,7 @@ std::string panels(const Initialiser& init, const Eigen::MatrixXd& weights, cons
   return text + "\n    }";
 }
 
-/// Small integers of any type, `{a, b, c}`.
+/// Writes small integers of any type, `{a, b, c}`.
 template <class Vector>
 std::string integers(const Vector& values) {
   std::string text = "{";
@@ -94,7 +94,7 @@ std::string CppNetwork::layers(const Initialiser& init) const {
   }
   if (error)
     text += fmt::format(
-        "\n// {0} x {1}: log2 sigma of a state's error per line, reads the last hidden layer and its squares.\n"
+        "\n// {0} x {1}: one state per line, log2 sigma of its error; reads the last hidden layer and its squares.\n"
         "inline constexpr Dense<{2}, {1}, {0}> kErrorHead = {{\n"
         "    .weights = {3},\n"
         "    .bias = {4},\n"

@@ -11,33 +11,33 @@
 
 namespace nlo::codegen {
 
-/// One network of a generated header; in int16 where `quantised` is set.
+/// One network of a generated header; in int16 if `quantised` is set.
 struct CppNetwork {
   const FoldedNetwork& network;
-  std::string field;  ///< in the model, for messages: "inverse_map"
-  std::string layer;  ///< layers are weights::kLayer1, ... for "Layer"
+  std::string field;  ///< its name in the model, for messages: "inverse_map"
+  std::string layer;  ///< name of its layers: "Layer" for weights::kLayer1, ...
   std::string type;   ///< name of its mlp's type: "Network"
-  std::string reads;  ///< "[z; y]"
+  std::string reads;  ///< its inputs: "[z; y]"
   const QuantisedNetwork* quantised = nullptr;
   const FoldedErrorHead* error = nullptr;  ///< error head of T*, if any
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
   bool has_products() const { return !network.products.empty(); }
 
-  /// The constants kLayer1, ... with a comment each, for the namespace weights.
+  /// Returns the constants kLayer1, ... with a comment each, for the namespace weights.
   std::string layers(const Initialiser& init) const;
 
-  /// `using Network = decltype(make_mlp<...>(weights::kLayer1, ...));`
+  /// Returns `using Network = decltype(make_mlp<...>(weights::kLayer1, ...));`.
   std::string using_declaration() const;
 
-  /// `LearnedMap<Network, LinearPath<float, 3, 2>>`; the optional parts behind the network: linear path, error head,
-  /// products with clocks
+  /// Returns `LearnedMap<Network, LinearPath<float, 3, 2>>`. The optional parts after the network are the linear path,
+  /// the error head and the products with clocks.
   std::string map_type(const Initialiser& init) const;
 
-  /// `    .inverse_map = {...},`
+  /// Returns `    .inverse_map = {...},`.
   std::string initialiser(const Initialiser& init, const std::string& member) const;
 
-  /// "3-50-50-2 tanh and a linear path, reads z"
+  /// Returns "3-50-50-2 tanh and a linear path, reads z".
   std::string description() const;
 
   Eigen::Index multiply_adds() const;  ///< without the error head

@@ -38,7 +38,7 @@ std::string CppStructureBase::trailing_fields() const {
 
 namespace {
 
-/// Template arguments of a model behind T*, and the name of each in the comment behind them.
+/// Template arguments of a model after T*, and the name of each in the comment after them.
 struct Arguments {
   std::string values, words;
   void add(const std::string& value, const char* word) {
@@ -48,7 +48,7 @@ struct Arguments {
 };
 
 Arguments optional_arguments(const Model& m, bool may_saturate) {
-  // One that is there asks for those before it.
+  // An argument that is written needs all arguments before it.
   const bool computed = m.measured() < m.ny(), saturation = m.saturates() || (computed && may_saturate);
   const bool failures = computed || saturation || !m.failures.none();
   const bool hold = failures || m.input_hold != Hold::kZeroOrder;
@@ -78,17 +78,18 @@ std::string CppStructureBase::input_words() const {
 std::string CppStructureBase::input_comment() const {
   std::string text;
   if (read_inputs_ > 0)
-    text += fmt::format("// Inputs are read beside the outputs; {}.\n",
-                        m_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u runs as y does");
+    text += fmt::format("// Inputs are read beside the outputs; {}.\n", m_.input_hold == Hold::kZeroOrder
+                                                                            ? "u has acted since the last sample"
+                                                                            : "u is interpolated like y");
   for (const Channel& output : m_.outputs)
     if (!output.expression.empty()) text += fmt::format("// Computed: {} = {}.\n", output.name, output.expression);
   std::string names;
   for (const int output : m_.failures.outputs)
     names += (names.empty() ? "" : ", ") + m_.outputs[static_cast<std::size_t>(output)].name;
-  if (!names.empty()) text += fmt::format("// May be missing, as not-a-number, for as long as they like: {}.\n", names);
+  if (!names.empty()) text += fmt::format("// May be missing (NaN) for any time: {}.\n", names);
   if (m_.saturates())
-    text += fmt::format("// Beyond {} half ranges outside of its domain T* follows z no further.\n",
-                        literal(m_.saturation));
+    text +=
+        fmt::format("// T* reads z limited to its domain and a margin of {} half ranges.\n", literal(m_.saturation));
   return text;
 }
 

@@ -42,7 +42,8 @@ class CppStructure {
   virtual Eigen::Index own_scalars() const = 0;  ///< number of constants beyond those of every structure, with padding
 };
 
-/// Base of most structures: the inverse map is the cost of the estimate, and networks end kModel.
+/// Base of most structures: the estimate costs as much as the inverse map, and the networks are the last part of
+/// kModel.
 class CppStructureBase : public CppStructure {
  public:
   explicit CppStructureBase(const ExportSource& source);
@@ -53,14 +54,14 @@ class CppStructureBase : public CppStructure {
 
  protected:
   CppNetwork inverse_map() const;
-  virtual bool may_saturate() const { return false; }  ///< the runtime's model has an argument for it
-  /// The arguments that end a model's type where it reads inputs, has sensors that may fail, or saturates: ", 2",
-  /// ", 2, Hold::kFirstOrder", ", 0, Hold::kZeroOrder, 0, Saturation::kLatent"; else nothing.
+  virtual bool may_saturate() const { return false; }  ///< the model of the runtime has an argument for saturation
+  /// Returns the last arguments of the type of a model that reads inputs, has sensors that may fail, or saturates: ",
+  /// 2", ", 2, Hold::kFirstOrder", ", 0, Hold::kZeroOrder, 0, Saturation::kLatent". Empty for other models.
   std::string input_arguments() const;
-  std::string input_words() const;             ///< the inputs in a comment: ", n_u, hold of u"
-  std::string input_comment() const;           ///< lines of description, or nothing
+  std::string input_words() const;             ///< their names in a comment: ", n_u, hold of u"
+  std::string input_comment() const;           ///< lines of description; may be empty
   std::string reads(bool latent_alone) const;  ///< the readings of a network: "[z; y; u]"
-  /// The network of that field of the model file, with the names it has in the header.
+  /// Returns the network of a field of the model file, with its names in the header.
   CppNetwork network(const std::string& field, const std::string& layer, const std::string& type,
                      const std::string& reads) const;
 
@@ -71,7 +72,7 @@ class CppStructureBase : public CppStructure {
   const Eigen::Index nx_, ny_, nr_, read_inputs_, nz_;  ///< nr_: readings
 };
 
-/// "Hold::kRk4".
+/// Returns "Hold::kRk4" for kRk4, and so on.
 std::string hold_identifier(Hold hold);
 
 }  // namespace nlo::codegen

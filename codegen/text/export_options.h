@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a model is exported: under which name, in which numbers.
+// Options of an export: its name and its number formats.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -11,12 +11,12 @@ namespace nlo::codegen {
 enum class ScalarType {
   kFloat,
   kDouble,
-  kInt16,  ///< the inverse map in int16 (codegen/fold/quantise.h), all around it in float
+  kInt16,  ///< the inverse map in int16 (codegen/fold/quantise.h), everything else in float
 };
 
-/// How the weights of layers are stored; biases and linear paths are of the scalar.
+/// Storage format of the weights of layers. Biases and linear paths have the type of the scalar.
 enum class WeightType : std::uint8_t {
-  kFull,      ///< "float": as the scalar
+  kFull,      ///< "float": the type of the scalar
   kBfloat16,  ///< "bf16"
   kFloat16,   ///< "fp16"
 };
@@ -26,20 +26,20 @@ struct ExportOptions {
   ScalarType scalar = ScalarType::kFloat;
   WeightType weights = WeightType::kFull;
   Activation tanh = Activation::kTanh;  ///< one of the runtime's three tanh; PreparedExport sets this and max_error
-  std::string max_error = {};           ///< the limit by which tanh was chosen; empty: it was not
-  std::string roles = {};               ///< simplefoc: its channels, "angle=theta,velocity=omega"; empty: by unit
-  std::uint64_t seed = 1;               ///< replay: of the golden inputs
-  int samples = 400;                    ///< replay: how many
+  std::string max_error = {};           ///< limit of error for which tanh was chosen; empty: none
+  std::string roles = {};  ///< simplefoc: channels of the roles, "angle=theta,velocity=omega"; empty: found by unit
+  std::uint64_t seed = 1;  ///< replay: seed of the golden inputs
+  int samples = 400;       ///< replay: number of samples
 };
 
-/// `options` with the most accurate tanh: C99 has no other.
+/// Returns `options` with the most accurate tanh, the only one that C99 has.
 ExportOptions best_tanh(ExportOptions options);
 
-/// "float", "double" or "int16". Throws Error.
+/// Reads "float", "double" or "int16". Throws Error for other names.
 ScalarType scalar_type(const std::string& name);
 const char* scalar_name(ScalarType scalar);
 
-/// "float", "bf16" or "fp16". Throws Error.
+/// Reads "float", "bf16" or "fp16". Throws Error for other names.
 WeightType weight_type(const std::string& name);
 const char* weight_name(WeightType type);
 

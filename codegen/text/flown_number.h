@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A number of an expression as an export has it: rounded once to the scalar that flies, then computed with in double.
+// A number of an expression as it is in an export: rounded once to the scalar in flight. Here it is used in double.
 #pragma once
 
 #include "codegen/model/expression_values.h"

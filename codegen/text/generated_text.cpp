@@ -15,8 +15,8 @@
 namespace nlo::codegen {
 namespace {
 
-// A model is a namespace inside nlo, where the runtime has these names. cpp_header_test.cpp reads the runtime's headers
-// and says when one is missing. By hand, as the formatter gives each name a line.
+// Names of the runtime in the namespace nlo. A model is a namespace in it, so it must not have one of these names.
+// cpp_header_test.cpp finds missing names. Formatted by hand, because the formatter would write one name per line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
     "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "ClockProducts", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
@@ -101,7 +101,7 @@ std::string wrapped_comment(std::string_view comment) {
   while (!comment.empty()) {
     std::string_view line = comment.substr(0, comment.find('\n'));
     comment.remove_prefix(std::min(line.size() + 1, comment.size()));
-    const bool is_list = line.starts_with("//   ");  // its next lines stand further in
+    const bool is_list = line.starts_with("//   ");  // its continuation lines are indented
     for (bool first = true;; first = false) {
       const std::string_view begin = first ? "" : is_list ? "//     " : "// ";
       const std::size_t room = kColumns - begin.size(), break_at = line.rfind(' ', room);

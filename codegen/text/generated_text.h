@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Text that every generator of C++ headers needs: initialisers with literals of the target's scalar, and user text made
-// safe for a comment.
+// Text for every generator of C++ headers: initialisers with literals of the target's scalar, and text of users that is
+// safe in a comment.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace nlo::codegen {
 
-/// Initialisers of C arrays. Rounds each number once to the scalar; throws Error, naming the field, when one overflows.
+/// Writes initialisers of C arrays. Rounds each number once to the scalar. Throws Error with the field on overflow.
 class Initialiser {
  public:
   explicit Initialiser(const ExportOptions& options) : scalar_(options.scalar), weights_(options.weights) {}
@@ -21,7 +21,7 @@ class Initialiser {
   const char* scalar_name() const { return scalar_ == ScalarType::kDouble ? "double" : "float"; }
   std::size_t scalar_bytes() const { return scalar_ == ScalarType::kDouble ? 8 : 4; }
 
-  /// Type of a layer's weights, and its bytes.
+  /// Returns the type of a layer's weights; the next function returns its size in bytes.
   const char* weight_type() const {
     return weights_ == WeightType::kFull ? scalar_name() : weights_ == WeightType::kBfloat16 ? "Bfloat16" : "Float16";
   }
@@ -29,14 +29,14 @@ class Initialiser {
 
   std::string operator()(double value, std::string_view field) const;
 
-  /// `{a, b, c}`
+  /// Returns `{a, b, c}`.
   std::string vector(const Eigen::VectorXd& values, std::string_view field) const;
 
-  /// `{{a, b}, {c, d}}` on one line.
+  /// Returns `{{a, b}, {c, d}}` on one line.
   std::string matrix(const Eigen::MatrixXd& values, std::string_view field) const;
 
-  /// Initialiser with one row per line, each behind `indent` spaces. The last line is the closing brace, two spaces
-  /// less.
+  /// Returns an initialiser with one row per line, indented by `indent` spaces. The last line is the closing brace,
+  /// indented by two spaces less.
   std::string rows(const Eigen::MatrixXd& values, int indent, std::string_view field) const;
 
  private:
@@ -44,27 +44,28 @@ class Initialiser {
   WeightType weights_;
 };
 
-/// `  r[4] = r[0] * r[3];` for each output that is computed, of readings r. `part_of_sum` writes a product that is
-/// added to something.
+/// Returns a line such as `  r[4] = r[0] * r[3];` for each computed output. r are the readings. `part_of_sum` writes a
+/// product that is a term of a sum.
 std::string computed_statements(const Model& model, const Initialiser& init, const char* indent,
                                 const std::function<std::string(const std::string&)>& part_of_sum);
 
-/// At most `longest` characters of a set that can neither end nor continue a `//` comment: others become '_'.
+/// Returns at most `longest` characters. Characters that could end or continue a `//` comment become '_'.
 std::string safe_comment(std::string_view text, std::size_t longest);
 
-/// `comment`, lines that begin with `//`, with those of more than 100 columns broken at their last space before.
+/// Breaks the lines of a `//` comment at a space, so that they fit 100 columns.
 std::string wrapped_comment(std::string_view comment);
 
-/// A number for people, to four digits: "0.02", "0.3333".
+/// Returns a number with four digits for readers: "0.02", "0.3333".
 std::string rounded_text(double value);
 
-/// "1 pair", "2 pairs": a number as text, and a noun that takes an s.
+/// Returns "1 pair", "2 pairs": a number as text and a noun, with an s for the plural.
 std::string counted(std::string_view number, std::string_view noun);
 
-/// 7750 as "7,750".
+/// Returns 7750 as "7,750".
 std::string grouped(Eigen::Index number);
 
-/// `options.name`, or the model's. Throws Error unless it is an identifier that neither C++ nor the runtime has taken.
+/// Returns `options.name`, or the model's name. Throws Error unless it is an identifier that C++ and the runtime do not
+/// use.
 std::string export_name(const Model& model, const ExportOptions& options);
 
 }  // namespace nlo::codegen

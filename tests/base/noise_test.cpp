@@ -62,14 +62,14 @@ TEST(Noise, BurstsOfMissingSamplesAddUpToTheirShare) {
 }
 
 TEST(Noise, RefusesImpossibleTimes) {
-  for (const auto& [text, why] : {std::pair{"none+delay:3:1", "least is above its most"},
+  for (const auto& [text, why] : {std::pair{"none+delay:3:1", "minimum delay above its maximum"},
                                   {"none+delay", "has no scale"},
                                   {"none+delay:20000", "above 10000 samples"},
                                   {"none+delay:1:2:3", "one number too many"},
                                   {"none+jitter:0.6", "above half a sample period"},
                                   {"none+missing:1", "all samples missing"},
                                   {"none+missing:0.5:0.5", "less than one sample"},
-                                  {"none+missing:0.8:2", "bursts that short"}}) {
+                                  {"none+missing:0.8:2", "bursts of this length"}}) {
     EXPECT_THAT(thrown_message([refused = text] { parse_noise(refused); }), testing::HasSubstr(why));
   }
 }

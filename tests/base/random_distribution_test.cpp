@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The numbers that training draws are uniform and normal, as far as ten million of them tell.
+// The random numbers of the training are uniform and normal, as far as ten million of them can show.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tracking of ratios, on made-up results: medians, what counts as a fall, and the exit codes that scripts rely on.
+// Tracking of ratios with invented results: medians, which decreases are reported, and the exit codes on which scripts
+// rely.
 #include "bench/tracking.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The C interface over every structure: it answers what the observers behind it answer, and refuses what is wrong.
+// The C interface for every structure: its results are those of the observers, and it refuses wrong arguments.
 #include "tests/bindings/pointers.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libnlo-model.so as it is installed: an observer's steps, estimates and what else is asked of it in a loop take no
-// memory from the system and no lock, of every structure, and give the bits of the reference.
+// The installed libnlo-model.so: steps, estimates and all other calls in a loop allocate no memory from the system and
+// take no lock, for every structure, and give the bits of the reference.
 #include <gtest/gtest.h>
 
 #include <thread>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The C interface given what is wrong: a code and a text, never a crash.
+// The C interface with wrong arguments: it returns a code and a text and never crashes.
 #include <gtest/gtest.h>
 
 #include <cstddef>

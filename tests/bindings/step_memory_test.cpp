@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of an observer's steps by itself: what it gives is apart, aligned, and comes back; too little is said.
+// The memory of an observer's steps: its pieces do not overlap, are aligned and can be returned; if it is used up, that
+// is reported.
 #include "bindings/c/step_memory.h"
 
 #include <gtest/gtest.h>

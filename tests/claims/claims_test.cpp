@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The program `claims`, interrupted and gone on with.
+// The program `claims`, interrupted and continued.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ at_least = 0.0
   const std::vector<std::string> arguments = {"--ledger", "ledger.toml", "--work", "work"};
   const ProgramResult stopped = scratch.run_program(NLO_CLAIMS, arguments, "a: training seed 2");
   EXPECT_EQ(stopped.exit_code, 1) << stopped.out;
-  EXPECT_THAT(stopped.err, HasSubstr("1 of 1 trainings left; this goes on: "));
+  EXPECT_THAT(stopped.err, HasSubstr("1 of 1 trainings left; to continue: "));
   EXPECT_THAT(stopped.err, HasSubstr("--ledger ledger.toml --work work --resume\n"));
   EXPECT_TRUE(scratch.has("work/a_1/finished.json"));
   EXPECT_FALSE(scratch.has("work/a_3")) << "control: it was stopped before its end";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An exported header in flight, as a user's loop has it: a measurement a line in, an estimate a line out.
+// Runs an exported header as in a user's loop: reads one measurement per line and writes one estimate per line.
 //   in   dt_s y... u...     dt_s 0: the sample period; angles as a sensor shows them
 //   out  status in_domain x_hat...
 // Compiled with NLO_HEADER, the header, and NLO_MODEL, its namespace in nlo.

@@ -86,16 +86,16 @@ std::string table_text(const Ledger& ledger, const Table& table) {
 void check(const Ledger& ledger) {
   std::set<std::string> experiments, claims, tables;
   for (const Experiment& e : ledger.experiments)
-    if (!experiments.insert(e.id).second) fail(fmt::format("experiment \"{}\" is there twice", e.id));
+    if (!experiments.insert(e.id).second) fail(fmt::format("experiment \"{}\" is given twice", e.id));
   for (const Claim& c : ledger.claims) {
-    if (!claims.insert(c.id).second) fail(fmt::format("claim \"{}\" is there twice", c.id));
+    if (!claims.insert(c.id).second) fail(fmt::format("claim \"{}\" is given twice", c.id));
     if (!c.run.starts_with("reproduce") && !c.run.starts_with("identify ") && !experiments.contains(c.experiment))
       fail(fmt::format("claim \"{}\": there is no experiment \"{}\"", c.id, c.experiment));
     if (!c.tolerance && !c.at_least && !c.at_most)
       fail(fmt::format("claim \"{}\" can't fail: give it a tolerance, at_least or at_most", c.id));
   }
   for (const Table& t : ledger.tables) {
-    if (!tables.insert(t.id).second) fail(fmt::format("table \"{}\" is there twice", t.id));
+    if (!tables.insert(t.id).second) fail(fmt::format("table \"{}\" is given twice", t.id));
     for (const Texts& row : t.rows)
       if (row.size() != t.heading.size()) fail(fmt::format("table \"{}\": a row has {} cells", t.id, row.size()));
     (void)table_text(ledger, t);  // names claims that exist

@@ -57,7 +57,7 @@ struct Ledger {
   std::vector<Table> tables;
 };
 
-/// Throws std::runtime_error naming the entry that is wrong: an unknown experiment or claim, an id that is there twice,
+/// Throws std::runtime_error naming the entry that is wrong: an unknown experiment or claim, an id that is given twice,
 /// neither tolerance nor limit.
 Ledger read_ledger(const std::string& text, const std::string& file);
 

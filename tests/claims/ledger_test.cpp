@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ledger that cannot fail holds nothing: each way in which a figure or a page can be wrong is shown to it.
+// A ledger is only useful if its checks can fail: the tests make a figure or a page wrong in each possible way.
 #include "tests/claims/ledger.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Literals mean to the compiler the bits they were written from, without a warning; a wrong bit is seen.
+# Compilers read literals as the bits from which they were written, without a warning. A wrong bit is detected.
 #   compile_literals.sh WRITE_LITERALS COMPILER
 set -euo pipefail
 write_literals=$1 compiler=$2

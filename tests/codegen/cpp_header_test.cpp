@@ -224,7 +224,7 @@ TEST(CppHeader, HasTheErrorHeadOrSaysThatItIsLeftOut) {
   ExportOptions in_int16;
   in_int16.scalar = ScalarType::kInt16;
   const std::string int16 = cpp_header(PreparedExport(m, in_int16));
-  EXPECT_THAT(int16, HasSubstr("standard deviations are not in int16 and left out"));
+  EXPECT_THAT(int16, HasSubstr("estimate_with_error() is left out"));
   EXPECT_THAT(int16, Not(HasSubstr("rrorHead")));
   const std::string c = c99(PreparedExport(m, {})).front().text;
   EXPECT_THAT(c, HasSubstr("standard deviations of its errors are left out"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The errors of its arithmetic that an export states, and the refusals of --max-error.
+// The stated errors of an export's arithmetic, and the refusals of --max-error.
 #include "codegen/replay/export_error.h"
 
 #include <gmock/gmock.h>
@@ -87,7 +87,7 @@ TEST(ExportError, CountsTheSamplesOfRecordedFlights) {
   const Model m = flown(paper_model(), 24, 500, 0.8);
   const ExportError error = error_in(m, ScalarType::kFloat);
   EXPECT_EQ(error.recorded, 12000);
-  EXPECT_THAT(error_table(PreparedExport(m)), HasSubstr("12,000 of flights that training recorded"));
+  EXPECT_THAT(error_table(PreparedExport(m)), HasSubstr("12,000 from flights that training recorded"));
 }
 
 TEST(ExportError, OnFlightsRefusesAModelThatPassesOnTones) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Outputs that are computed: what an expression means, whatever reads it.
+// Computed outputs: an expression means the same for all code that evaluates it.
 #include "codegen/model/expression.h"
 
 #include <gtest/gtest.h>

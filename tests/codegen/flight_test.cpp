@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Flights in a model file: what is written comes back, and nothing else is believed.
+// Flights in a model file: what is written is read back, and invalid flights are refused.
 #include "codegen/model/flight.h"
 
 #include <gmock/gmock.h>

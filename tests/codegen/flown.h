@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Flights for the example models: as training would record them, from no plant.
+// Flights for the example models, as training would record them, but without a plant.
 #pragma once
 
 #include "codegen/model/model.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Goldens make a change of what is generated visible in review. NLO_REFRESH_GOLDENS=1 writes them anew.
+// Golden files make changes of generated text visible in a review. NLO_REFRESH_GOLDENS=1 writes them again.
 #pragma once
 
 #include <string>

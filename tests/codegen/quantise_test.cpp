@@ -148,7 +148,7 @@ TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
   for (const double huge : {1e6, 1e30, 1e300}) {
     Model m = tiny_model();
     inverse_map(m)->layers[0].weights(2, 1) = huge;
-    EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[0]: neuron 2 sums up to")) << huge;
+    EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[0]: neuron 2 has sums up to")) << huge;
   }
   Model m = tiny_model();
   inverse_map(m)->layers[1].weights(0, 1) = 1e300;

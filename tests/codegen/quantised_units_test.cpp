@@ -99,7 +99,7 @@ TEST(QuantisedUnits, StayWithinTheirBound) {
 TEST(QuantisedUnits, HugeWeightsAreRefusedWithTheirLayer) {
   Model m = gated_model();
   networks(m)[1].network->layers[0].weights(1, 0) = 1e9;
-  EXPECT_THAT(thrown_message([&] { quantise(m, fold(m)); }), HasSubstr("candidate.layers[0]: neuron 1 sums up to"));
+  EXPECT_THAT(thrown_message([&] { quantise(m, fold(m)); }), HasSubstr("candidate.layers[0]: neuron 1 has sums up to"));
 }
 
 }  // namespace

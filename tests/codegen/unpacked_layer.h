@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A layer of the runtime in integers as the exporter has it.
+// Converts an integer layer of the runtime into the form of the exporter.
 #pragma once
 
 #include <nlo/quantised_map.h>

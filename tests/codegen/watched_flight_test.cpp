@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The monitor of an exported header against its equations, on the same measurements.
+// Compares the monitor of an exported header with its equations on the same measurements.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlo/kkl_observer.h>

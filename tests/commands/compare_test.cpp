@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate --conditions as a user gives it.
+// nlo evaluate --conditions as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Logs left out of the training one by one, or in groups, by the program.
-// A plant's parameters from logs, by the program.
+// The program leaves logs out of the training, one by one or in groups. The program finds the parameters of a plant
+// from logs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -73,7 +73,7 @@ TEST_F(Crossvalidate, AfterAnInterruptionTrainsTheRestAndReachesTheSameFigures) 
                                               "--json",        "-o",        "kept it"};
   const ProgramResult stopped = scratch_.run(arguments, "1/4 models");
   ASSERT_EQ(stopped.exit_code, 1) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; this goes on: nlo crossvalidate tiny.toml --data logs "
+  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; to continue: nlo crossvalidate tiny.toml --data logs "
                                      "--json -o 'kept it'"));
   const auto before = scratch_.contents();
   const ProgramResult resumed = scratch_.ok(arguments);
@@ -119,7 +119,7 @@ TEST_F(Crossvalidate, FoldsWithoutTrainingLogsAreRefusedBeforeAnythingIsTrained)
   EXPECT_THAT(error({"--group", "(d)\\1"}), HasSubstr("refers back"));
   EXPECT_THAT(error({"--group", "(d{1,99}){1,99}"}), HasSubstr("too large a pattern"));
   EXPECT_THAT(error({"--group", std::string(10000, '(')}), HasSubstr("too large a pattern"));
-  EXPECT_THAT(error({"--logs", "2,1,2"}), HasSubstr("--logs 2: is twice there"));
+  EXPECT_THAT(error({"--logs", "2,1,2"}), HasSubstr("--logs 2: is given twice"));
   EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
   scratch_.write("plant.toml", kTinyExperiment);
   EXPECT_THAT(scratch_.refusal(2, {"crossvalidate", "plant.toml"}), HasSubstr("use nlo evaluate"));
@@ -225,7 +225,7 @@ TEST_F(Identify, ErrorsNamePlaceAndRemedy) {
   EXPECT_THAT(error({"identify", "qub"}), HasSubstr("did you mean \"qube\"?"));
   EXPECT_THAT(error({"identify"}), HasSubstr("IDENTIFICATION is required"));
   EXPECT_THAT(error({"identify", "qube", "--data", kPendulumFolder}), HasSubstr("example_csv_fin[1-6].csv"));
-  EXPECT_THAT(run({"--set", "plant.parameters.w=1.0"}).err, HasSubstr("the parameter \"w\" acts nowhere"));
+  EXPECT_THAT(run({"--set", "plant.parameters.w=1.0"}).err, HasSubstr("the parameter \"w\" has no effect"));
   scratch_.write("logs/train_1.csv", "time,angel,rate\n0,0,0\n0.1,0,0\n");
   scratch_.write("logs/test.csv", "time,angle,rate\n0,0,0\n0.1,0,0\n");
   EXPECT_THAT(error({"identify", kPendulumFolder + "/identify.toml", "--data", "logs"}),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate on plants and on logs, as a user would give it.
-// nlo monitor as a user gives it: on a plant, on logs, again, and in the header that is exported.
+// nlo evaluate on plants and on logs, as a user runs it. nlo monitor as a user runs it: on a plant, on logs, a second
+// time, and in the exported header.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -147,7 +147,7 @@ TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefuse
                         "\"m\" (length): they are of different kinds"));
   const auto unknown = columns("cubit", "m/s");
   ASSERT_EQ(unknown.exit_code, 0) << unknown.err;
-  EXPECT_THAT(unknown.out, HasSubstr("the table of units has not both"));
+  EXPECT_THAT(unknown.out, HasSubstr("the table of units does not have both"));
 }
 
 TEST(Evaluate, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {

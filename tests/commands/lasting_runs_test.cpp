@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Events that a run's folder survives: a second program in it, a foreign checkpoint, unusual names.
+// A run's folder survives a second program in it, a foreign checkpoint, and unusual names.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNo
     const AtWork other(scratch.path() + "/runs/tiny");
     for (const char* how : {"--resume", "--force", "--auto"}) {
       EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "-q", "-o", "runs/tiny", how}),
-                  AllOf(HasSubstr("runs/tiny: another nlo is at work"), HasSubstr("-o DIR")))
+                  AllOf(HasSubstr("runs/tiny: another nlo is using this folder"), HasSubstr("-o DIR")))
           << how;
     }
     EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "runs/elsewhere"}).exit_code, 0);
@@ -83,7 +83,7 @@ TEST(LastingRuns, AMonitorIsNotWrittenWhereATrainingIsAtWork) {
   const auto before = scratch.contents();
   const AtWork other(scratch.path() + "/runs/tiny");
   EXPECT_THAT(scratch.refusal(2, {"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"}),
-              HasSubstr("runs/tiny: another nlo is at work"));
+              HasSubstr("runs/tiny: another nlo is using this folder"));
   EXPECT_EQ(scratch.contents(), before);
 }
 

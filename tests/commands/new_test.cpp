@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo new: what it writes can be read, and says what it guessed.
-// Experiments that leave out what a recipe derives, as a user would give them.
+// nlo new: its files can be read, and it reports its guesses. Experiments of users that leave out keys which a recipe
+// derives.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -226,14 +226,14 @@ TEST(NewFile, IsNeverWrittenOverAnotherUnlessForced) {
   const Scratch scratch;
   scratch.write("plant.toml", "mine");
   EXPECT_THAT(scratch.refusal(2, {"new", "plant"}),
-              HasSubstr("plant.toml: is there already; write another one with -o FILE, or replace it"));
+              HasSubstr("plant.toml: exists already; write another file with -o FILE, or replace it"));
   EXPECT_EQ(scratch.read("plant.toml"), "mine");
   EXPECT_EQ(scratch.run({"new", "plant", "--force"}).exit_code, 0);
   EXPECT_THAT(scratch.read("plant.toml"), HasSubstr("[plant]"));
   EXPECT_EQ(scratch.run({"new", "log"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"new", "rig"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"new", "log", "nowhere.csv"}).exit_code, 2);
-  EXPECT_THAT(scratch.run({"new", "plant", "--states", "x", "-o", "p.toml"}).err, HasSubstr("takes no logs"));
+  EXPECT_THAT(scratch.run({"new", "plant", "--states", "x", "-o", "p.toml"}).err, HasSubstr("accepts no logs"));
   EXPECT_FALSE(scratch.has("log.toml"));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The commands one after the other, as a user would give them.
+// Runs the commands one after the other, as a user would.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -104,7 +104,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_THAT(roles("simplefoc", "velocity=x2"), HasSubstr("say --roles angle=NAME, one of y, or none"));
   EXPECT_THAT(roles("simplefoc", "angle=none,velocity=x3"), HasSubstr("there is no such state; there are x1, x2"));
   EXPECT_THAT(roles("simplefoc", "speed=x2"), HasSubstr("there are angle, velocity"));
-  EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 asks for none"));
+  EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 needs no roles"));
   EXPECT_FALSE(scratch.has("a_sensor"));
 }
 
@@ -146,7 +146,7 @@ TEST(Program, AnInterruptedRunGoesOnToTheSameModel) {
   ASSERT_EQ(interrupted.exit_code, 1) << interrupted.err;
   EXPECT_THAT(interrupted.err, HasSubstr("interrupted after"));
   EXPECT_THAT(interrupted.err, HasSubstr("nlo train tiny.toml -o a --resume"));
-  EXPECT_THAT(interrupted.err, HasSubstr("a/model.json has the best so far"));
+  EXPECT_THAT(interrupted.err, HasSubstr("a/model.json has the best model so far"));
   EXPECT_EQ(scratch.run({"evaluate", "a/model.json", "--trajectories", "2"}).exit_code, 0);
   scratch.ok({"train", "tiny.toml", "-o", "a", "-q", "--resume"});
   scratch.ok({"train", "tiny.toml", "-o", "b", "-q"});
@@ -175,10 +175,10 @@ TEST(Program, ATrainingThatGotNowhereFailsAndKeepsItsModel) {
   scratch.write("tiny.toml", kTinyExperiment);
   const std::string run = scratch.refusal(1, {"train", "tiny.toml", "-o", "a", "-q", "--set",
                                               "inverse_map.linear_path=true", "--set", "training.learning_rate=30"});
-  EXPECT_THAT(run, HasSubstr("training got nowhere"));
+  EXPECT_THAT(run, HasSubstr("training made no progress"));
   EXPECT_THAT(run, HasSubstr("learning_rate = 30 may be too high"));
   EXPECT_TRUE(scratch.has("a/model.json"));
-  EXPECT_TRUE(scratch.read("a/report.html").find("training got nowhere") != std::string::npos);
+  EXPECT_TRUE(scratch.read("a/report.html").find("training made no progress") != std::string::npos);
 }
 
 TEST(Program, ATrainingWhoseClosedFormIsBestSucceedsAndSaysSo) {

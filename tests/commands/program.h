@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs `nlo` in a scratch directory and looks at what it said and left behind.
+// Runs `nlo` in a scratch directory and reads its output and its files.
 #pragma once
 
 #include <map>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate --figure and --estimates: what is written, and that it is what was evaluated.
-// `-o -`: a command that writes one file writes it to stdout, and nothing else goes there.
+// nlo evaluate --figure and --estimates: the files have the evaluated data. `-o -` writes the file of a command to
+// stdout, and nothing else.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo sweep as a user gives it: its lines are run by shells, killed and run again.
+// nlo sweep as a user runs it: shells run its lines, which are killed and run again.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -144,7 +144,7 @@ TEST_F(SweepCommand, AfterAnInterruptionNamesTheRestAndContinues) {
   const std::vector<std::string> arguments = {"sweep", "plans/p.toml", "--run", "--threads", "1", "--shard", "0/1"};
   const ProgramResult stopped = scratch.run(arguments, "--seed 2");  // the second of four
   EXPECT_EQ(stopped.exit_code, 1) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; this goes on: nlo sweep plans/p.toml --run --shard 0/1 "
+  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; to continue: nlo sweep plans/p.toml --run --shard 0/1 "
                                      "--threads 1 -o runs/p\n"));
   EXPECT_THAT(stopped.err, testing::Not(HasSubstr("jobs failed")));
   const auto before = times();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo train --auto as a user gives it: searched, interrupted, resumed, and what it found trained by itself.
+// nlo train --auto as a user runs it: it is interrupted and resumed, and the experiment that it finds can be trained
+// alone.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +49,7 @@ TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
   const std::vector<std::string> arguments = {"train", "tiny.toml", "--auto", "--minutes", "0.3", "-o", "run"};
   const ProgramResult stopped = scratch.run(arguments, "rung ");
   EXPECT_EQ(stopped.exit_code, 1) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr("interrupted; this goes on: nlo train tiny.toml --auto --minutes 0.3 -o run "
+  EXPECT_THAT(stopped.err, HasSubstr("interrupted; to continue: nlo train tiny.toml --auto --minutes 0.3 -o run "
                                      "--resume"));
   EXPECT_FALSE(scratch.has("run/model.json"));
   const json before = record("run");
@@ -97,7 +98,7 @@ TEST_F(TrainAuto, KeepsToABudgetOfMultiplyAddsAndBytes) {
   const ProgramResult none =
       scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.1", "--max-multiply-adds", "5", "-o", "none"});
   EXPECT_NE(none.exit_code, 0);
-  EXPECT_THAT(none.err, HasSubstr("nothing that was drawn keeps to the budget --max-multiply-adds 5; allow more"));
+  EXPECT_THAT(none.err, HasSubstr("no candidate keeps to the budget --max-multiply-adds 5; allow more"));
   EXPECT_FALSE(scratch.has("none/"));
 }
 

@@ -174,7 +174,7 @@ TEST(Conditions, WrongOnesAreNamedWithTheirLineAndTheRemedy) {
            {"[[condition]]\nname = \"a\"\nprocess_noise = [1, 2, 3]",
             "has process_noise of 3 states, but the plant has 2"},
            {"[[condition]]\nname = \"a\"\nbox_scale = 0", "mine.toml:3: [[condition]] box_scale"},
-           {"[[condition]]\nname = \"a\"\n[[condition]]\nname = \"a\"", "mine.toml:3: condition \"a\" is there twice"},
+           {"[[condition]]\nname = \"a\"\n[[condition]]\nname = \"a\"", "mine.toml:3: condition \"a\" is given twice"},
            {"[[condition]\nname", "mine.toml:"},
            {std::string(5000, '['), "mine.toml"},
        })

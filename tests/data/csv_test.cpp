@@ -119,7 +119,7 @@ TEST(Csv, FindsTheHeadingsBelowAPreamble) {
     EXPECT_EQ(table.line(0), std::count(preamble, preamble + std::string_view(preamble).size(), '\n') + 2) << preamble;
   }
   EXPECT_EQ(parse("t,x\n\n\n0,5\n1,6\n").rows(), 2);
-  EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: numbers stand where the headings"));
+  EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: there are numbers where the headings"));
 }
 
 TEST(Csv, LetsHeadingsThatARestartedLoggerWritesAgainPass) {
@@ -232,10 +232,11 @@ TEST(Csv, LetsCommentLinesPassAndCountsThem) {
 TEST(Csv, NamesAHeaderThatIsMissingOrAComment) {
   EXPECT_THAT(
       error_in("# time, y\n0,1\n1,2\n"),
-      HasSubstr("a.csv:2: numbers stand where the headings of the columns are expected: is \"# time, y\" above them "
-                "the header row? delete its #"));
+      HasSubstr(
+          "a.csv:2: there are numbers where the headings of the columns are expected: is \"# time, y\" above them "
+          "the header row? delete its #"));
   EXPECT_THAT(error_in("0,1\n1,2\n"),
-              HasSubstr("a.csv:1: numbers stand where the headings of the columns are expected: "
+              HasSubstr("a.csv:1: there are numbers where the headings of the columns are expected: "
                         "write a header row above them"));
 }
 

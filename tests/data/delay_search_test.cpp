@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A delay that is known is found again, none is found where there is none, and logs that do not say are told apart.
-// [[log.columns]] delay_s: what is read of a log is u as it acts.
+// A known delay is found, no delay is found where there is none, and logs that do not determine a delay are recognised.
+// [[log.columns]] delay_s: the loader converts u to the time at which it acts.
 #include "trainer/data/delay_search.h"
 
 #include <gmock/gmock.h>

@@ -95,7 +95,7 @@ TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodLacksOnlyTheSamplesThatWereDue)
               HasSubstr("\"a\": period_s = 0.012 is not longer than the sample period, 0.01 s: remove it"));
   config.columns[1].period_s = 0.0;
   config.columns[2].period_s = 0.2;
-  EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is of columns with role \"output\""));
+  EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is for columns with role \"output\""));
 }
 
 TEST(RegularSpacing, IsTheMeanOfThoseNearTheMedianIfTheyAreNineOfTen) {

@@ -184,7 +184,7 @@ TEST_F(MissingValues, OfAnAngleAreMissingInItsVelocity) {
 TEST_F(MissingValues, ApplyNeitherToTheTimeNorToAnExpression) {
   LogConfig log = config();
   log.columns[0].missing = {"0"};
-  EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not of the time")));
+  EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not for the time")));
   log = config();
   log.columns.push_back(column("yy", ColumnRole::kOutput));
   log.columns.back().expression = "y * y";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each warning about a log: a log that has the fault, and one that nearly has it and must be left in peace.
+// Each warning about a log: it appears for a log with the fault, and not for a log that nearly has it.
 #include "trainer/data/log_checks.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each jump that a log should not have, and jumps that are the plant's own.
+// Each kind of jump that a log should not have, and jumps that belong to the plant.
 #include "trainer/data/log_jumps.h"
 
 #include <gmock/gmock.h>

@@ -205,13 +205,14 @@ TEST(LogSchema, RefusesConversionsThatAreNone) {
           "\"height\": file_unit = \"V\" (voltage) cannot become unit = \"m\" (length): they are of different kinds"));
   EXPECT_THAT(
       error_in({kTime, kAngle, converted(height, "cubit")}),
-      AllOf(HasSubstr("file_unit = \"cubit\" cannot become unit = \"m\" (length): the table of units has not both"),
-            HasSubstr("value = scale * cell + offset")));
+      AllOf(
+          HasSubstr("file_unit = \"cubit\" cannot become unit = \"m\" (length): the table of units does not have both"),
+          HasSubstr("value = scale * cell + offset")));
   EXPECT_THAT(error_in({kTime, kAngle, converted(column("height", ColumnRole::kState), "cm")}),
               HasSubstr("file_unit = \"cm\" and no unit"));
   EXPECT_THAT(error_in({kTime, kAngle, converted(height, "", 0.0)}), HasSubstr("scale = 0 makes every value the same"));
-  EXPECT_THAT(error_in({converted(kTime, "", 2.0), kAngle, kVelocity}), HasSubstr("are not of the time"));
-  EXPECT_THAT(error_in({kTime, kAngle, converted(kVelocity, "", 2.0)}), HasSubstr("give them to \"theta\""));
+  EXPECT_THAT(error_in({converted(kTime, "", 2.0), kAngle, kVelocity}), HasSubstr("are not for the time column"));
+  EXPECT_THAT(error_in({kTime, kAngle, converted(kVelocity, "", 2.0)}), HasSubstr("set them at \"theta\""));
 }
 
 TEST(LogSchema, AVelocityHasTheUnitItIsWantedIn) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which rows of a signal change their sign in a mirror image.
+// The rows of a signal that change their sign in a mirror image.
 #include "trainer/data/mirror.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The table of units: properties of all of its rows, and closed forms of those that are easily got wrong.
+// The table of units: properties of all rows, and closed forms for rows in which errors are likely.
 #include "trainer/data/units.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each row breaks the small experiment in one place; the message must name the line, what is wrong and the mend.
+// Each row makes one change to the small experiment. The message must name the line, the fault and the remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ TEST(ConfigErrors, Ranges) {
       {
           {"trajectories = 4", "trajectories = 0", "e.toml:9", "trajectories is 0; it must be an integer from 1"},
           {"steps = 10", "learning_rate = 0", "e.toml:19", "learning_rate is 0; it must be a finite number > 0"},
-          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 ships what training begins with"},
+          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 ships the start of the training"},
           {"steps = 10", "learning_rate = nan", "e.toml:19", "learning_rate is nan"},
           {"steps = 10", "learning_rate = 1e999", "e.toml:19", "learning_rate"},
           {"steps = 10", "steps = 99999999999999999999", "e.toml:19", "too many digits"},
@@ -89,7 +89,8 @@ TEST(ConfigErrors, Transient) {
           {"steps = 10", "transient = \"backward\"\ntransient_factor = 1e6", "e.toml:19",
            "the transient lasts 2e+06 s"},
           {"steps = 10", "transient = \"backward\"\nsegment_s = 2.0", "e.toml:20", "set segment_s = 0"},
-          {"steps = 10", "transient = \"backward\"\nearly_s = 2.0\nearly_share = 0.3", "e.toml:21", "early_share asks"},
+          {"steps = 10", "transient = \"backward\"\nearly_s = 2.0\nearly_share = 0.3", "e.toml:21",
+           "early_share takes samples"},
       });
   const std::string luenberger =
       with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\nhold = \"first_order\"",
@@ -137,7 +138,7 @@ TEST(ConfigErrors, Structures) {
                   {"gain = [[2.0], [1.0]]", "gain_noise = [1.0]", "e.toml:17", "[process, measurement]"},
                   {"gain = [[2.0], [1.0]]", "", "e.toml:13", "names 0 of gain, gain_poles and gain_noise"},
                   {"gain =", "eigenvalues = [-1.0]\ngain =", "e.toml:17", "whose latent state is the estimate"},
-                  {"[training]", "[loss]\nmap_consistency = 1\n[training]", "e.toml:21", "has none"},
+                  {"[training]", "[loss]\nmap_consistency = 1\n[training]", "e.toml:21", "does not have"},
               });
   expect_rows(kPlantExperiment,
               {
@@ -187,7 +188,7 @@ TEST(ConfigErrors, Sources) {
   EXPECT_THAT(error_of(kLogExperiment + "[plant]\nmodel = \"van_der_pol\""),
               HasSubstr("[simulation] initial_low is missing"));
   EXPECT_THAT(error_of(kLogExperiment + "[simulation]\nhorizon_s = 3"),
-              StartsWith("e.toml:26: [simulation] has no use for [log] alone"));
+              StartsWith("e.toml:26: [simulation] is not used with [log] alone"));
   EXPECT_THAT(error_of(with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\n", "")),
               StartsWith("e.toml:13: [observer] has no latent state"));
   EXPECT_THAT(error_of(with(kPlantExperiment, "[training]", "[[training]]")),
@@ -209,7 +210,7 @@ TEST(ConfigErrors, Expressions) {
                          "[plant] input_field[1][0] \"c\""},
                         {"outputs", "inputs = [\"u\"]\ninput_field = [\"0\", \"1\"]\noutputs", "e.toml:7",
                          "input_field[0] is \"0\"; it must be a list"},
-                        {"outputs", "inputs = [\"u\"]\noutputs", "e.toml:6", "the input \"u\" acts nowhere"},
+                        {"outputs", "inputs = [\"u\"]\noutputs", "e.toml:6", "the input \"u\" has no effect"},
                         {"outputs", "model = \"van_der_pol\"\noutputs", "e.toml:3", "both a model and equations"},
                     });
 }

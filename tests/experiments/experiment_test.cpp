@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Text from anywhere: an error or an experiment, never a crash, never a hang.
+// Any text as an experiment gives an error or an experiment, and never a crash or an endless loop.
 #include "trainer/config/experiment.h"
 
 #include <gmock/gmock.h>

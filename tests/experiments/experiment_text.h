@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A small valid experiment to break in one place, and what its reader says then.
+// A small valid experiment to change in one place, and the error of its reader.
 #pragma once
 
 #include <gmock/gmock.h>

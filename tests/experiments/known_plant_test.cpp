@@ -112,7 +112,7 @@ TEST(KnownPlant, AMismatchWithTheLogsIsRefusedByName) {
                           {"share = 0.25", "share = 1.0", "e.toml:43", "share is 1; it must be"},
                           {"initial_low = [-1.0, -1.0]", "initial_low = [-1.0]", "e.toml:40", "initial_low"},
                       });
-  EXPECT_THAT(error_of(kPlantExperiment, {"simulation.share=0.5"}), HasSubstr("is of runs beside a [log]"));
+  EXPECT_THAT(error_of(kPlantExperiment, {"simulation.share=0.5"}), HasSubstr("is for simulated runs with a [log]"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The channels that [training] mirror changes the sign of.
+// The channels whose sign [training] mirror changes.
 #include "trainer/experiments/mirrored_channels.h"
 
 #include <gmock/gmock.h>

@@ -180,7 +180,7 @@ TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
           {"steps = 10", "transient = \"backward\"", "e.toml:19", "and there is [excitation]; use \"drop\""},
       });
   EXPECT_THAT(error_of(kLogExperiment + "[excitation]\nlow = [-1]\nhigh = [1]\n"),
-              HasSubstr("[excitation] has no use for [log] alone"));
+              HasSubstr("[excitation] is not used with [log] alone"));
 }
 
 TEST(ExcitationErrors, ProcessNoiseHasANumberForEachState) {
@@ -221,7 +221,7 @@ TEST(ExcitationErrors, AnInputThatActsNowhere) {
   EXPECT_EQ(parse_experiment(once.source_text, "again").source_text, once.source_text);
   expect_rows(text, {
                         {"sin(u)", "sin(v)", "e.toml:5", "derivative[1] \"-a + sin(v)\""},
-                        {"sin(u)", "sin(a)", "e.toml:7", "the input \"u\" acts nowhere; name it in a derivative"},
+                        {"sin(u)", "sin(a)", "e.toml:7", "the input \"u\" has no effect; name it in a derivative"},
                         {"outputs = [\"a\"]", "outputs = [\"a + u\"]", "e.toml:6", "a function of the state alone"},
                         {"inputs = [\"u\"]", "inputs = [\"u\"]\ninput_field = [[\"0\"], [\"1\"]]", "e.toml:5",
                          "inputs have their place in input_field, or remove it and name them here"},
@@ -273,7 +273,7 @@ TEST(FeedbackErrors, NameTheKeyAndTheRemedy) {
                    "the plant sine_cosine has none"},
                   {"steps = 10", "transient = \"backward\"", "e.toml:19", "there is [feedback]; use \"drop\""},
               });
-  EXPECT_THAT(error_of(kLogExperiment + "[feedback]\nlaw = [\"0\"]\n"), HasSubstr("logs are as they were recorded"));
+  EXPECT_THAT(error_of(kLogExperiment + "[feedback]\nlaw = [\"0\"]\n"), HasSubstr("the data are recorded logs"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A library to preload: one call of the program's fails as a disk, a limit or a power cut would make it.
+// A library to preload. It makes one call of the program fail like a full disk, a limit or a power cut would.
 //   NLO_FAULT=alloc:N         the N-th allocation fails; alloc:N+ and all after it
 //   NLO_FAULT=call:N:ERRNO    the N-th call that changes a file system fails with that number
 //   NLO_FAULT=kill:N          the program is killed before the N-th such call

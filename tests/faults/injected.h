@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The program with inject.c loaded, which calls it makes then, and what of its files two runs may be compared by.
+// Runs the program with inject.c, lists the calls that it makes, and compares the files of two runs.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A linear plant with irregular samples, and the Kalman filter of it as textbooks have it.
+// A linear plant with irregular samples, and its Kalman filter as in textbooks.
 #pragma once
 
 #include <Eigen/Dense>

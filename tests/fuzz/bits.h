@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers for hostile flights: anything that a sensor, a storage or a flipped bit may give.
+// Numbers for hostile flights: anything that a sensor, a storage or a flipped bit may produce.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer in C99 behind the calls that flight.h flies.
+// An observer in C99 with the functions that flight.h calls.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer in C++ behind the calls that flight.h flies; c99_craft.h has those in C99.
+// An observer in C++ with the functions that flight.h calls. c99_craft.h has observers in C99.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ten million hostile steps, shared among all crafts: see flight.h.
+// Ten million hostile steps, divided among all observers: see flight.h.
 //   hostile_flight [MILLIONS] [SEED]
 #include <cstdio>
 #include <cstdlib>

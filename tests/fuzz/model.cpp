@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model file, from its JSON to what C++ and C99 are given.
+// A model file, from its JSON to its exports in C++ and C99.
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/targets/prepared_export.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observers and monitors, driven by bytes: the first chooses the craft, all others are what befalls it.
+// Observers and monitors, driven by bytes: the first byte chooses the observer, the others are events.
 #include "tests/fuzz/flight.h"
 #include "tests/fuzz/fuzz.h"
 

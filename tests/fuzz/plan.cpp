@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A sweep's plan, to its jobs and the experiment that the first of them trains.
+// The plan of a sweep, up to its jobs and the experiment of the first job.
 #include "trainer/app/sweep/plan.h"
 
 #include <algorithm>

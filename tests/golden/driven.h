@@ -1,11 +1,12 @@
-// driven: a learned state observer (driven Kazantzis-Kravaris/Luenberger), generated. Do not edit;
-// make it again by
+// driven: a learned state observer (driven Kazantzis-Kravaris/Luenberger), generated. Do not edit
+// this file. To make it again:
 //   nlo export model.json -o driven.h
 //
 // Estimates x1, x2 from y1 [rad] and the inputs torque [N m], wind, sampled every 0.02 s.
 // Latent state: 3 (1 complex pair), first_order hold. Inverse map T*: 4-12-2 tanh and a linear
 // path, reads [z; y].
-// Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; u is a ramp.
+// Inputs act by phi(z) u = dT/dx g(x_hat) u, stepped at order 4; D and F are stepped exactly. u is
+// a ramp between samples.
 // Forward map T: 2-12-3 tanh and a linear path, reads x.
 // Normalisation and features are folded into the layers.
 //
@@ -138,7 +139,7 @@ inline constexpr Model kModel = {
         .initial = {0.0f, 0.0f, 0.0f},
         .starts_steady = true,
     },
-    .forced = {  // how phi(z) u acts over one sample period, stage by stage
+    .forced = {  // coefficients of phi(z) u over one sample period, per stage
         .half = {.a_minus_1 = {-0.020242384f, 0.02940155f, -0.058235466f},
                  .b0 = {{0.0101609565f}, {-0.0146011645f}, {0.028826574f}},
                  .b1 = {{0.010081426f}, {-0.014800385f}, {0.029408893f}}},

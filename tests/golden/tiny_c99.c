@@ -7,7 +7,7 @@
 
 #include <float.h>
 
-#if tiny_c99_EXPORT != 0xa3ddce60
+#if tiny_c99_EXPORT != 0xc877343a
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -90,9 +90,12 @@ static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
   for (int i = 0; i < n; ++i) { target[i] = from[i]; }
 }
 
-// Health of a channel. 0: its latest sample was used unchanged. Otherwise 4 times the number of samples in a row that
-// were not, plus 1 if the last good value was used instead, 2 if the sample was clamped, 3 if it was clamped after
-// missed samples, 0 if it was used unchanged after missed samples: then the next count starts at 1.
+// Health of a channel. 0: its latest sample was used unchanged. Otherwise 4 n + b, where n counts the samples in a row
+// that were not used unchanged.
+//   b = 1  the last good value was used instead
+//   b = 2  the sample was clamped
+//   b = 3  the sample was clamped after missed samples
+//   b = 0  the sample was used unchanged after missed samples; the next count starts at 1
 static uint16_t counted_on(uint16_t last, uint16_t samples, uint16_t what) {
   const uint32_t before = ((last % 4U) != 0U) ? ((uint32_t)last / 4U) : 0U, all = before + samples, most = 16383U;
   return (uint16_t)((((all < most) ? all : most) * 4U) + what);
@@ -284,14 +287,14 @@ static tiny_c99_status reset_after_corruption(tiny_c99_observer* o) {
   return set_status(o, tiny_c99_RESET);
 }
 
-// True if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps, so stored
-// readings that are reused are checked here.
+// Resets the observer if steps cannot lead to its state. Returns its status. A bit flip in a stored reading reaches z
+// only after several steps, so stored readings that are reused are checked here.
 static tiny_c99_status checked(tiny_c99_observer* o, bool held) {
   const bool good = held ? is_sound(o) : is_reachable(o->z);
   return good ? (tiny_c99_status)o->status : reset_after_corruption(o);
 }
 
-// One step: over one sample period, or over another time.
+// Takes one step, over one sample period or another time.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
   copy(next, o->y, kNy);
@@ -299,7 +302,7 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   (void)update_status(o);
   if (o->started != 1U) {
     if (!is_sound(o)) { return reset_after_corruption(o); }
-    if (held) { return (tiny_c99_status)o->status; }  // nothing to hold yet
+    if (held) { return (tiny_c99_status)o->status; }  // no good value to hold yet
     start(o, next);
     return checked(o, false);
   }
@@ -396,7 +399,7 @@ bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* save
   return true;
 }
 
-// T*: one neuron per line.
+// Weights of T*, one neuron per line.
 static const IN_FLASH Scalar kWeights1[4 * 2] = {
     0.232917f, 3.440228f,
     1.6481663f, -0.7788087f,

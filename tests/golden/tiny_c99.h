@@ -1,5 +1,5 @@
-// tiny_c99: a learned state observer (Kazantzis-Kravaris/Luenberger) in C99, generated. Do not
-// edit; make it again by
+// tiny_c99: a learned state observer (Kazantzis-Kravaris/Luenberger) in C99, generated. Do not edit
+// this file. To make it again:
 //   nlo export model.json --target c99 --name tiny_c99 -o tiny_c99.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.
@@ -45,7 +45,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0xa3ddce60  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0xc877343a  // must equal that of tiny_c99.c
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
@@ -69,9 +69,9 @@ typedef enum {
 typedef struct {
   float z[2];     // latent state
   float y[1];     // last good measurement; angles within their first turn
-  uint16_t health[1]; // of each channel; 0: used unchanged
-  uint8_t status;  // of the latest step
-  uint8_t started; // 1 once a first measurement has come
+  uint16_t health[1]; // health of each channel; 0: used unchanged
+  uint8_t status;  // status of the latest step
+  uint8_t started; // 1 after the first measurement
 } tiny_c99_observer;
 
 // Makes an observer, or resets it: it waits for its first measurement. Call one of them before anything else.

@@ -1,14 +1,15 @@
-// tiny: what its observer must answer, generated. Do not edit; make it again by
+// tiny: golden inputs and the expected results of its observer, generated. Do not edit. To make it again:
 //   nlo export model.json --target replay -o tiny_replay.h
 //
-// The answers are the model's equations in double, nothing folded. Tolerances: 8 times the largest difference
-// that the exported arithmetic (folded, in float, with the runtime's activation) showed on these very samples, plus 8
-// rounding units of the largest value: sums in another order round otherwise, a wrong weight is much further off.
+// The expected results are those of the model's equations in double, with nothing folded. A tolerance is
+// 8 times the largest difference of the exported arithmetic (folded, in float, with the runtime's activation) on
+// these samples, plus 8 rounding units of the largest value. Sums in another order stay within it; a wrong weight
+// does not.
 //
 //   #include "tiny.h"
 //   #include "tiny_replay.h"
 //   nlo::tiny::Observer observer{nlo::tiny::kModel};
-//   const int wrong = nlo::tiny::replay::first_mismatch(observer);  // -1: all as they must be
+//   const int wrong = nlo::tiny::replay::first_mismatch(observer);  // -1: all results are right
 #pragma once
 
 #include <nlo/vector.h>
@@ -72,7 +73,7 @@ inline constexpr Sample kSamples[] = {
     {0.0f, {0.42159358f}, StepStatus::kOk, {0.09319117f, 0.074254155f}, {0.29554448f}},
 };
 
-/// Steps `observer`, fresh or reset, through the samples. Returns the first that it answers wrongly, or -1.
+/// Steps `observer`, new or reset, through the samples. Returns the index of the first wrong result, or -1.
 template <class Observer>
 int first_mismatch(Observer& observer) {
   const auto agrees = [](float got, float want, float tolerance) {

@@ -1,5 +1,5 @@
-// watched: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make
-// it again by
+// watched: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit this
+// file. To make it again:
 //   nlo export model.json -o watched.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.

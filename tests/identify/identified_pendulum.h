@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A pendulum whose logs are made here, and the file that identifies it.
+// A pendulum whose logs are generated here, and the file for its identification.
 #pragma once
 
 #include <cmath>

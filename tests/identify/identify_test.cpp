@@ -220,7 +220,7 @@ TEST(Identify, RefusesLogsThatAreShorterThanASegmentAndStartsThatLeaveEveryScale
   EXPECT_THAT([&] { identified(pendulum_identification({"identify.segment_s=100.0"}), logs); },
               testing::ThrowsMessage<codegen::Error>(HasSubstr("segment_s = 100 s is longer than every log")));
   EXPECT_THAT([&] { identified(pendulum_identification({"plant.parameters.c=-1e4"}), logs); },
-              testing::ThrowsMessage<codegen::Error>(HasSubstr("leaves every scale from where they start")));
+              testing::ThrowsMessage<codegen::Error>(HasSubstr("diverges from the start values")));
 }
 
 }  // namespace

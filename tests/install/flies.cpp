@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A user's program: flies the exported observer, and says whether Eigen was in reach.
+// A user's program: runs the exported observer, and reports if Eigen was available.
 #include <cstdio>
 
 #include "van_der_pol.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lists of jobs: what is run, found, stopped and failed.
-// The bar over many trainings.
-// Trainings that are kept in a folder, whatever happens to it.
+// Lists of jobs: which are run, found, stopped and failed. The progress bar of many trainings. Trainings that are
+// stored in a folder, whatever happens to it.
 #include "trainer/app/jobs/run_jobs.h"
 
 #include <gmock/gmock.h>
@@ -76,7 +75,7 @@ TEST(RunJobs, AStopLeavesTheRestAndSaysHowToGoOn) {
   const JobsResult result = run_jobs({job("a", done), job("b", stops), job("c", done)}, {.threads = 1, .stop = &stop});
   EXPECT_EQ(result.done, 1U);
   EXPECT_EQ(result.left, 2U);
-  EXPECT_EQ(result.interrupted_text("nlo more"), "interrupted with 2 of 3 trainings left; this goes on: nlo more");
+  EXPECT_EQ(result.interrupted_text("nlo more"), "interrupted with 2 of 3 trainings left; to continue: nlo more");
   // A job that ends by an exception because it was stopped has not failed.
   stop.store(false);
   const auto throws = [&](const JobContext&) -> JobEnd {

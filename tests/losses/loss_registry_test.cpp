@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties of every loss: a key with help, checks of its requirements, and a value that is one function.
+// Properties of every loss: it has a key with a help text, checks of its requirements, and a value.
 #include "trainer/learn/losses/loss_registry.h"
 
 #include <gmock/gmock.h>

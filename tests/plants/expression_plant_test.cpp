@@ -120,7 +120,7 @@ TEST(ExpressionPlant, SaysTheSameByADerivativeWithInputsAsByAnInputField) {
 TEST(ExpressionPlant, RefusesAnInputThatActsNowhere) {
   PlantConfig config = curved_by_expressions();
   config.inputs.push_back("idle");
-  EXPECT_THAT(error_of(config), HasSubstr("the input \"idle\" acts nowhere"));
+  EXPECT_THAT(error_of(config), HasSubstr("the input \"idle\" has no effect"));
   config = curved_by_expressions();
   config.outputs = {"p + angle"};
   EXPECT_THAT(error_of(config), HasSubstr("an output is a function of the state alone"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A pendulum that turns over, by expressions: its angle as logs have it, in each form.
+// A pendulum that turns over, given by expressions: its angle in each form that logs may have.
 #include "trainer/plants/plant_channels.h"
 
 #include <gmock/gmock.h>
@@ -160,7 +160,8 @@ TEST(PlantAngles, MayNotTurnOverWhereTheyAreEstimatedUnwrapped) {
   experiment.simulation.initial_states = {{0.5, 0.0}};
   EXPECT_NO_THROW(simulate_training_sets(experiment)) << "it may swing";
   experiment.simulation.initial_states = {{0.0, 9.0}};
-  EXPECT_THAT(thrown_message([&] { simulate_training_sets(experiment); }), HasSubstr("the state theta turns over"));
+  EXPECT_THAT(thrown_message([&] { simulate_training_sets(experiment); }),
+              HasSubstr("the state theta makes whole turns"));
   experiment.plant->state_encodings = {Encoding::kSincos, Encoding::kUnwrap};
   EXPECT_NO_THROW(simulate_training_sets(experiment));
 }
@@ -191,7 +192,7 @@ TEST(PlantChannels, NameTheKeyThatIsWrong) {
   PlantConfig builtin;
   builtin.model = "van_der_pol";
   builtin.output_wraps = {kTurn};
-  EXPECT_THAT(error_of(builtin), HasSubstr("output_wraps is of a plant given by equations"));
+  EXPECT_THAT(error_of(builtin), HasSubstr("output_wraps is for a plant given by equations"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Expressions that are linear are seen to be, and what only looks like it is not taken for it.
+// Linear expressions are recognised, and expressions that only look linear are not.
 #include "trainer/plants/plant_form.h"
 
 #include <gmock/gmock.h>
@@ -122,7 +122,8 @@ TEST(AffineInputField, NamesTheInputAndTheDeviationOfAFieldThatIsNotAffine) {
   // Odd about the centre x1 = 1: the differences across the box see its chord, not its bend.
   const std::string message = error_of(*driven_by({{"0", "0"}, {"1", "(x1 - 1)^3"}}));
   EXPECT_THAT(message, HasSubstr("plant expressions: the field of input u2 is not affine in the state: at x = ("));
-  EXPECT_THAT(message, HasSubstr("it misses the affine fit by 3.08"));  // chord 4 d less d^3: 3.08 at d = 2 / sqrt 3
+  EXPECT_THAT(message,
+              HasSubstr("it differs from the affine fit by 3.08"));  // chord 4 d less d^3: 3.08 at d = 2 / sqrt 3
   EXPECT_THAT(error_of(*driven_by({{"0"}, {"max(x1, 2.5)"}})), HasSubstr("input u1 is not affine"));
   EXPECT_THAT(error_of(*driven_by({{"0"}, {"sqrt(x1)"}})), HasSubstr("input u1 is not affine"));  // NaN below 0
   EXPECT_EQ(error_of(*driven_by({{"0"}, {"x1*1e-3"}})), "no error");

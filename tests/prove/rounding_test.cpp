@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bounds of rounding compared with the same sums in long double.
+// Compares bounds of rounding with the same sums in long double.
 #include "trainer/prove/rounding.h"
 
 #include <gtest/gtest.h>

@@ -34,7 +34,7 @@ broken() {
   if [[ -e rig_broken.h || -e rig_broken.c ]]; then fail "$1: something was written"; fi
 }
 broken 'a sign of the step' 's/z\[r\] += change\[r\]/z[r] -= change[r]/' 'sample .* of the replay gives'
-broken 'a bias that is left out' 's/sum0 = bias\[0\]/sum0 = 0.0f/' 'further off than the .* explains'
+broken 'a bias that is left out' 's/sum0 = bias\[0\]/sum0 = 0.0f/' 'a larger difference than the .* explains'
 broken 'a status' 's/now = counted_on(health\[j\], 1U, 1U)/now = 0U/' 'the status .*, and the model'
 broken 'another order of a sum' 's/total += weights\[i\] \* in\[i\]/total = (weights[i] * in[i] * 1.0000002f) + total/' 'to the bit'
 broken 'no program' 's/^typedef float Scalar;/typedef float/' 'install a C compiler'

@@ -121,7 +121,7 @@ differs 'van_der_pol.csv:[0-9]+: row' other.json "$log"
 # Input that cannot be replayed.
 refused 'no column "y"' "$model" <(sed 's/^y,/z,/' "$log")
 sed '1s/x1_hat,x2_hat/a,b/' "$log" >edited.csv
-refused 'log what estimate\(\) gave, or name the columns' "$model" edited.csv
+refused 'log the results of estimate\(\), or name the columns' "$model" edited.csv
 same "$model" edited.csv --column x1_hat=a --column x2_hat=b
 refused 'expected NAME=HEADING' "$model" "$log" --column x1_hat
 refused 'could not be started.*name yours with --compiler' "$model" "$log" --compiler /no/such/cc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of HyperKKL: what is drawn, what is compared with, and who is ahead.
+// The benchmark of HyperKKL: its random draws, its published errors, and the comparison.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

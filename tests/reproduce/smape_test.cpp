@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// SMAPE in its two readings, against closed forms.
+// Compares SMAPE, computed in two ways, with closed forms.
 #include "trainer/reproduce/smape.h"
 
 #include <gtest/gtest.h>

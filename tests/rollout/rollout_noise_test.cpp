@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The noise that training sees: of each sensor its own, and of an angle on the angle.
+// The noise in training: each sensor has its own, and that of an angle is added to the angle.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which segments of the runs a training step draws.
+// The segments of the runs that a training step draws.
 #include "trainer/rollout/sampling.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When sensors measure, as training sees it: late, at other instants than the observer is told, and not at all.
+// Times at which sensors measure in training: late, at other times than the observer assumes, or not at all.
 #include <gtest/gtest.h>
 
 #include <cmath>

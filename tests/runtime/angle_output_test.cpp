@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Angles: a shaft may turn as often as it likes; z turns back with it, and the estimate does not notice.
+// Angles: a shaft may turn any number of times; z turns back with it, and the estimate does not change.
 #include <nlo/kkl_observer.h>
 
 #include <gtest/gtest.h>

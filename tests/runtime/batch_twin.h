@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A batch of plants beside as many observers that are given the same.
+// A batch of plants, and as many observers with the same measurements.
 #pragma once
 
 #include <nlo/vector.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inputs come out as old as the line says: closed forms, and what stands for the past before the first sample.
+// The delay of inputs in a delay line: closed forms, and the values before the first sample.
 #include <nlo/delay_line.h>
 
 #include <gtest/gtest.h>

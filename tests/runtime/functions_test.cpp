@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Functions that known equations name: their accuracy against libm, and what they say where they have no value.
+// Functions of known equations: their accuracy compared with libm, and their result where they have no value.
 #include <nlo/functions.h>
 
 #include <gtest/gtest.h>

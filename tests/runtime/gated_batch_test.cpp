@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A batch of gated observers against as many single ones: what comes out is the same, fault by fault.
+// Compares a batch of gated observers with as many single ones: the results are the same, also for each fault.
 #include <nlo/gated_batch.h>
 
 #include <gtest/gtest.h>

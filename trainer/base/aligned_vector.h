@@ -6,8 +6,8 @@
 
 namespace nlo::trainer {
 
-/// For rows that are read by whole SIMD registers: it starts where a register may. From elsewhere every 64-byte load
-/// would touch two cache lines, and a product that takes two loads per multiply-add unit and cycle would wait for them.
+/// A vector whose rows are read by whole SIMD registers. Its memory is aligned to a cache line; otherwise every 64-byte
+/// load would touch two cache lines, and products, which are limited by loads, would wait.
 template <class Scalar>
 using AlignedVector = std::vector<Scalar, Eigen::aligned_allocator<Scalar>>;
 

@@ -7,11 +7,11 @@
 
 namespace nlo::trainer {
 
-/// Values found by their type, at most one of each. A module keeps its own values here beside those of all modules, so
-/// that no other code knows its struct. A copy has copies of the values.
+/// Holds at most one value of each type. A module keeps its own values here, so that no other code needs to know its
+/// struct. A copy has copies of the values.
 class ByType {
  public:
-  /// The value of type T; T{} where none was set.
+  /// Returns the value of type T; T{} if none was set.
   template <class T>
   const T& get() const {
     static const T kDefault{};
@@ -19,7 +19,7 @@ class ByType {
     return found == values_.end() ? kDefault : std::any_cast<const T&>(found->second);
   }
 
-  /// Returns the value to write to; T{} at first.
+  /// Returns the value for writing; T{} at first.
   template <class T>
   T& set() {
     std::any& value = values_[std::type_index(typeid(T))];

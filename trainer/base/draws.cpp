@@ -18,7 +18,7 @@ double rounded(double value) {
 }
 
 void vary_widths(std::vector<int>& hidden, Draws& draws) {
-  constexpr int kVector = 8;  // floats that a kernel takes together
+  constexpr int kVector = 8;  // floats that a kernel processes together
   constexpr std::size_t kMostLayers = 4;
   const double wider = draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
   for (int& width : hidden)

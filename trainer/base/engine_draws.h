@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Numbers from std::mt19937_64, whose own the C++ standard fixes and whose distributions it does not.
+// Random numbers from std::mt19937_64. The C++ standard fixes the numbers of this engine but not its distributions, so
+// these are defined here.
 #pragma once
 
 #include <cmath>
@@ -8,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// Uniform on [0, 1), 53 bits.
+/// Returns a number uniform on [0, 1) with 53 bits.
 inline double uniform01(std::mt19937_64& engine) {
   return static_cast<double>(engine() >> 11) * 0x1p-53;
 }
@@ -18,7 +19,7 @@ struct NormalPair {
   double first, second;
 };
 
-/// By Marsaglia's polar method, with this logarithm.
+/// Draws a pair by Marsaglia's polar method, with the given logarithm.
 template <class Log>
 NormalPair normal_pair(std::mt19937_64& engine, const Log& log) {
   for (;;) {

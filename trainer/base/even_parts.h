@@ -7,7 +7,7 @@
 
 namespace nlo::trainer {
 
-/// Calls part(size, first) for parts of [0, count) whose sizes differ by one at most; each size, of at most kMost, is
+/// Calls part(size, first) for parts of [0, count) whose sizes differ by at most one. Each size is at most kMost and
 /// known at compile time.
 template <int kMost, class Part>
 NLO_INLINE void in_even_parts(int count, const Part& part) {
@@ -19,7 +19,7 @@ NLO_INLINE void in_even_parts(int count, const Part& part) {
     part(most, first);
   };
   const int parts = (count + kMost - 1) / kMost, least = parts > 0 ? count / parts : 0;
-  const int larger = count - parts * least;  // so many parts have one more
+  const int larger = count - parts * least;  // number of parts that have one more
   for (int p = 0, first = 0; p < parts; ++p) {
     const int size = p < larger ? least + 1 : least;
     call(call, std::integral_constant<int, kMost>(), size, first);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sampled signals between their samples. Beyond either end the signal keeps its last value.
+// Values of sampled signals between their samples. Beyond either end the signal keeps its last value.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@
 
 namespace nlo::trainer {
 
-/// The straight line between the samples around `position`, in samples from the first. Of an input that is held between
-/// samples this is its mean over the sample period that is shifted by as much.
-///   values  values(i) of 0 <= i < count
+/// Returns the value on the straight line between the samples around `position`, in samples from the first. For an
+/// input that is held between samples, this is its mean over the sample period shifted by the same time.
+///   values  values(i) for 0 <= i < count
 template <class Scalar, class Values>
 Scalar linear_at(const Values& values, std::ptrdiff_t count, double position) {
   const double inside = std::clamp(position, 0.0, static_cast<double>(count - 1));
@@ -20,8 +20,8 @@ Scalar linear_at(const Values& values, std::ptrdiff_t count, double position) {
   return values(before) + share * (values(before + 1) - values(before));
 }
 
-/// The cubic through the four samples around `position`, where there are four: of a sinusoid of 20 samples a period off
-/// by less than 3e-4 of its amplitude, where the line is off by 1.2e-2.
+/// Returns the value of the cubic through the four samples around `position`, if there are four. For a sinusoid with 20
+/// samples a period its error is below 3e-4 of the amplitude; that of the straight line is 1.2e-2.
 template <class Scalar, class Values>
 Scalar cubic_at(const Values& values, std::ptrdiff_t count, double position) {
   const double inside = std::clamp(position, 0.0, static_cast<double>(count - 1));

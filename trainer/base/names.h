@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Enumerations by name: one table for each, read by keys, messages and help alike.
+// Names of enumerations: one table for each enumeration, which keys, messages and help use.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace nlo::trainer {
 template <class E, std::size_t kCount>
 using NameTable = std::array<std::pair<E, std::string_view>, kCount>;
 
-/// The table of an enumeration, in the order that help lists it: specialise it beside the enumeration.
+/// The table of an enumeration, in the order of the help. Specialise it beside the enumeration.
 template <class E>
 inline constexpr NameTable<E, 0> kNames{};
 
@@ -27,10 +27,10 @@ template <Named E>
 constexpr std::string_view to_name(E value) {
   for (const auto& [known, name] : kNames<E>)
     if (known == value) return name;
-  return "";  // no enumerator; a new one wants its line in the table
+  return "";  // not an enumerator; a new enumerator needs a line in the table
 }
 
-/// Nothing for a text that names none.
+/// Returns nothing if the text is not a name of the enumeration.
 template <Named E>
 constexpr std::optional<E> from_name(std::string_view text) {
   for (const auto& [value, name] : kNames<E>)

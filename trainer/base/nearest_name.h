@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// "did you mean": the known name that is fewest edits (insert, delete, replace; Levenshtein) away from a wrong one.
+// "Did you mean ...?": finds the known name that needs the fewest edits (insert, delete, replace; Levenshtein) from a
+// wrong one.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +26,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// Returns the name in `known` that is nearest to `wrong`, the first of equals. Empty if `known` is empty or the
-/// nearest name shares less than half of its letters with `wrong`, because a far-fetched guess misleads.
+/// Returns the name in `known` that is nearest to `wrong`; among equals the first. Returns an empty text if `known` is
+/// empty or the nearest name shares less than half of its letters with `wrong`, because such a guess misleads.
 inline std::string nearest_name(std::string_view wrong, const std::vector<std::string>& known) {
   std::size_t best_distance = 0;
   const std::string* best = nullptr;

@@ -27,7 +27,7 @@ std::string forms() {
          "+stuck or +dead with :SHARE or :SHARE:SAMPLES_IN_A_ROW";
 }
 
-/// Numbers that stand alone behind their word.
+/// A number that follows its word alone, such as bias:0.2.
 struct OneNumber {
   std::string_view word;
   double SensorNoise::*number;
@@ -37,7 +37,7 @@ constexpr std::array<OneNumber, 4> kOneNumber = {{{"bias", &SensorNoise::bias},
                                                   {"clipped", &SensorNoise::limit},
                                                   {"quantised", &SensorNoise::quantum}}};
 
-constexpr int kLongestDelay = 10000;  // samples: more than a run has is a mistake
+constexpr int kLongestDelay = 10000;  // samples; a longer delay is taken for a mistake
 
 std::vector<std::string_view> split(std::string_view text, char at) {
   std::vector<std::string_view> parts;
@@ -60,7 +60,7 @@ class Part {
     throw codegen::Error(fmt::format("noise \"{}\" {}; {}", all_, what, forms()));
   }
 
-  /// Number `index`, not negative.
+  /// Returns number `index`, which must not be negative.
   double number(std::size_t index) const {
     if (words_.size() <= index) fail("has no scale");
     const auto value = finite_number(words_[index]);
@@ -87,7 +87,8 @@ void add_outage(const Part& part, OutageRate& rate) {
     rate.samples = part.number(2);
     if (rate.samples < 1.0) part.fail(fmt::format("has less than one sample {} in a row", part.word()));
     if (outage_odds(rate).begins > 1.0)
-      part.fail(fmt::format("has more {} samples than bursts that short can make; make them longer", part.word()));
+      part.fail(
+          fmt::format("has more {} samples than bursts of this length allow; make the bursts longer", part.word()));
   }
   part.expect(2);
 }
@@ -109,14 +110,14 @@ void add_fault(const Part& part, SensorNoise& noise) {
     noise.delay_low = noise.delay_high = part.number(1);
     if (part.has(2)) noise.delay_high = part.number(2);
     part.expect(2);
-    if (noise.delay_low > noise.delay_high) part.fail("has a delay whose least is above its most");
+    if (noise.delay_low > noise.delay_high) part.fail("has a minimum delay above its maximum: swap them");
     if (noise.delay_high > kLongestDelay) part.fail(fmt::format("has a delay above {} samples", kLongestDelay));
   } else if (part.word() == "jitter") {
     noise.jitter = part.number(1);
     part.expect(1);
     if (noise.jitter > 0.5) part.fail("has a jitter above half a sample period, so that samples would change places");
   } else {
-    part.fail(fmt::format("has \"{}\" behind a plus, which is of no known kind", part.word()));
+    part.fail(fmt::format("has \"{}\" after a plus, which is unknown", part.word()));
   }
 }
 
@@ -131,7 +132,7 @@ SensorNoise parse_sensor(std::string_view text) {
   if (row->has_shape()) {
     const double shape = base.number(2);
     if (!(shape >= row->least_shape && shape <= row->most_shape) || shape != std::floor(shape))
-      base.fail(fmt::format("needs a whole number from {} to {} behind its scale", row->least_shape, row->most_shape));
+      base.fail(fmt::format("needs an integer from {} to {} after its scale", row->least_shape, row->most_shape));
     noise.shape = static_cast<int>(shape);
   }
   base.expect((row->has_scale() ? 1U : 0U) + (row->has_shape() ? 1U : 0U));

@@ -16,7 +16,8 @@ using Eigen::ArrayXd;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-/// sqrt(x), of a tiny number where x is none; by std::sqrt in each lane, as Eigen's own is not rounded correctly.
+/// Returns sqrt(x), with a tiny number in place of x <= 0. Uses std::sqrt in each lane, because Eigen's own is not
+/// rounded correctly.
 double root(double x) {
   return std::sqrt(std::max(x, 1e-12));
 }
@@ -55,7 +56,7 @@ struct Uniform {
   }
 };
 
-/// n_0 / sqrt((n_1^2 + ... + n_f^2) / f)
+/// Draws n_0 / sqrt((n_1^2 + ... + n_f^2) / f).
 struct Student {
   template <class Value>
   static Value draw(NoiseNumbers<Value>& numbers, int freedom) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The distributions that measurement noise may have. A row has all that nlo asks of one, so that a new noise trains,
-// tests, filters and is explained alike: add it to NoiseKind and here.
+// The distributions of measurement noise. A row has all properties that nlo needs, so training, tests, filters and
+// texts support a new noise alike. To add one, extend NoiseKind and this table.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ class NoiseNumbers {
  public:
   virtual Value uniform() = 0;  ///< U(-1, 1)
   virtual Value normal() = 0;   ///< N(0, 1)
-  /// So many independent normal numbers; which of them is drawn first is the source's matter.
+  /// Draws all.size() independent normal numbers. The source decides their order.
   virtual void normals(std::span<Value> all) = 0;
 
  protected:
@@ -32,16 +32,16 @@ using LaneValue = Eigen::Array<float, kNoiseLanes, 1>;
 
 struct NoiseRow {
   NoiseKind kind;
-  std::string_view name;     ///< as it is written: name:SCALE, or name:SCALE:SHAPE
-  std::string_view numbers;  ///< the numbers after the name, for messages: ":SCALE"; empty: none
-  /// Range of the second number, an integer; least > most: there is none.
+  std::string_view name;     ///< name in the form name:SCALE or name:SCALE:SHAPE
+  std::string_view numbers;  ///< numbers after the name, for messages: ":SCALE"; empty: none
+  /// Range of the second number, an integer. least > most: there is no second number.
   int least_shape = 1, most_shape = 0;
 
-  // All of scale 1; a sensor's scale multiplies the draws.
-  double variance;     ///< nominal: of t, which may have none, that of its normal numerator
-  double largest;      ///< |v| that is never exceeded; infinite: it may be anything
-  bool tails = false;  ///< now and then v is far off, however far
-  /// One draw. The two are one function, instantiated twice.
+  // All values are for scale 1; the scale of a sensor multiplies the draws.
+  double variance;     ///< nominal variance; for Student's t, which may have none, that of its normal numerator
+  double largest;      ///< bound of |v|; infinite: none
+  bool tails = false;  ///< v may be arbitrarily large
+  /// Draws one value. The two functions are one template, instantiated twice.
   double (*draw)(NoiseNumbers<double>& numbers, int shape) = nullptr;
   LaneValue (*draw_lanes)(NoiseNumbers<LaneValue>& numbers, int shape) = nullptr;
   /// p(v); null: v has no density.
@@ -56,7 +56,8 @@ struct NoiseRow {
 std::span<const NoiseRow> noise_table();
 const NoiseRow& noise_row(NoiseKind kind);
 
-/// 1 within |v| <= width, 0 outside, with an edge of 2 % of the width: a particle just beyond it keeps a chance.
+/// Returns 1 for |v| <= width and 0 outside, with an edge of 2 % of the width, so that a particle just beyond it keeps
+/// a chance.
 Eigen::ArrayXd soft_box(const Eigen::ArrayXd& v, double width);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers from and to text, the same in every locale.
+// Converts numbers from and to text, the same in every locale.
 #pragma once
 
 #include <charconv>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// The whole of `text` as a finite number, or nothing.
+/// Returns the text as a finite number; nothing unless the whole text is one.
 inline std::optional<double> finite_number(std::string_view text) {
   double value = 0.0;
   const char* const end = text.data() + text.size();
@@ -20,9 +20,9 @@ inline std::optional<double> finite_number(std::string_view text) {
   return value;
 }
 
-/// The fewest digits that read back to the same double: "0.5", "1e-06".
+/// Returns the fewest digits that read back to the same double: "0.5", "1e-06".
 inline std::string shortest_text(double value) {
-  char buffer[32];  // the longest shortest form of a double has 24 characters
+  char buffer[32];  // the longest such text of a double has 24 characters
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
 }
 

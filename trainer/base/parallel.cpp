@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Once in a program: pools come and go, and the limit stays.
+/// Says once in a program that fewer threads have started. Pools come and go, but the limit stays.
 void say_fewer(int started, int wanted, const std::string& reason) {
   static std::atomic<bool> said{false};
   if (said.exchange(true)) return;
@@ -19,8 +19,9 @@ void say_fewer(int started, int wanted, const std::string& reason) {
                wanted, reason.c_str());
 }
 
-/// Looks for a condition some time before the caller goes to sleep: a training step has four rounds of some 100 us, and
-/// to wake a thread takes a good part of one. Other work gets the core in the meantime. Whether it came true.
+/// Checks a condition repeatedly for some time before the caller sleeps. A training step has four rounds of some 100
+/// us, and waking a thread takes a good part of one. Other work gets the core in the meantime. Returns true if the
+/// condition came true.
 template <class Condition>
 bool came_true_soon(const Condition& condition) {
   constexpr int kLooks = 200;  // some 50 us
@@ -38,7 +39,7 @@ ThreadPool::ThreadPool(int threads) {
   const int wanted = threads > 0 ? threads : cores;
   const std::string refusal = start(wanted);
   if (refusal.empty()) return;
-  // More threads than cores only take memory, which the work needs.
+  // More threads than cores would only use memory that the work needs.
   if (this->threads() > cores) {
     stop();
     start(cores);
@@ -54,7 +55,7 @@ std::string ThreadPool::start(int threads) {
   try {
     workers_.reserve(static_cast<std::size_t>(threads - 1));
     for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { work(t); });
-  } catch (const std::system_error& error) {  // a limit on processes or on address space
+  } catch (const std::system_error& error) {  // limit on processes or on address space
     return error.code().message();
   } catch (const std::bad_alloc&) {
     return "not enough memory";

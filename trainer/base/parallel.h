@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A fixed set of threads that share out numbered tasks. Which thread runs a task must not matter: tasks write to
-// places of their own, and code that adds them up does so in the order of their numbers.
+// A fixed set of threads that share numbered tasks. The result must not depend on the thread that runs a task: each
+// task writes to its own place, and sums are formed in the order of the numbers.
 #pragma once
 
 #include <atomic>
@@ -16,8 +16,8 @@ namespace nlo::trainer {
 
 class ThreadPool {
  public:
-  /// threads: 0 takes all cores. If the system refuses some of them, the pool has one for each core, or as many as
-  /// there are, and says so once on stderr. Code that needs memory for each thread asks threads().
+  /// threads: 0 uses all cores. If the system refuses some threads, the pool has one per core, or as many as have
+  /// started, and says so once on stderr. Code that needs memory per thread asks threads().
   explicit ThreadPool(int threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
@@ -25,12 +25,12 @@ class ThreadPool {
 
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
-  /// Runs task(index, thread) for each index in [0, count) and waits. `thread` in [0, threads()) names the scratch
-  /// memory to use. The first exception of a task is thrown again here.
+  /// Runs task(index, thread) for each index in [0, count) and waits. `thread` in [0, threads()) selects the scratch
+  /// memory. If tasks throw, the first exception is thrown again here.
   void run(int count, const std::function<void(int index, int thread)>& task);
 
  private:
-  std::string start(int threads);  ///< empty, or why there are fewer
+  std::string start(int threads);  ///< returns an empty text, or the reason for fewer threads
   void stop();
   void work(int thread);
   void drain(int thread);

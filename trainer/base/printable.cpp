@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Bytes of the UTF-8 sequence that `text` begins with; 0 where it begins with none.
+/// Returns the bytes of the UTF-8 sequence at the start of `text`; 0 if there is none.
 std::size_t sequence(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

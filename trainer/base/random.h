@@ -73,7 +73,7 @@ class RandomLanes {
         generator.uniform(u + p * kLanes);
         generator.uniform(v + p * kLanes);
       }
-      // All of them also in the last round: where products are fused depends on how a loop is compiled.
+      // All rounds compute all numbers, because fused products depend on how a loop is compiled.
       for (int i = 0; i < kTogether * kLanes; ++i) box_muller(u[i], v[i], first[i], second[i]);
       for (int p = 0; p < count; ++p, out += 2 * kLanes) {
         std::copy_n(first + p * kLanes, kLanes, out);
@@ -86,7 +86,7 @@ class RandomLanes {
   using Words = simd::Pack<std::uint32_t, kLanes>;
   using State = std::array<std::array<std::uint32_t, kLanes>, 4>;
 
-  /// The state in registers, until it is put back.
+  /// Keeps the state in registers until it is written back.
   class Generator {
    public:
     explicit Generator(State& state) : state_(state) {
@@ -106,7 +106,7 @@ class RandomLanes {
    private:
     static NLO_INLINE Words rotated_left(Words word, int bits) { return word << bits | word >> (32 - bits); }
 
-    /// Compilers do not see by themselves that the lanes run side by side.
+    /// Written by hand, because compilers do not see that the lanes are independent.
     NLO_INLINE Words next() {
       const Words result = rotated_left(s_[0] + s_[3], 7) + s_[0];
       const Words t = s_[1] << 9;
@@ -125,7 +125,7 @@ class RandomLanes {
 
   static NLO_INLINE void box_muller(float u, float v, float& first, float& second) {
     const float radius = std::sqrt(-2.0F * log_positive(1.0F - u));  // 1 - u in (0, 1]
-    // cos and sin of 2 pi v: v = (q + f) / 4 with q whole and |f| <= 1/2.
+    // cos and sin of 2 pi v: v = (q + f) / 4 with an integer q and |f| <= 1/2.
     const float quarter = 4.0F * v;
     const auto q = static_cast<std::int32_t>(quarter + 0.5F);
     const float angle = (quarter - static_cast<float>(q)) * 1.57079633F;
@@ -139,7 +139,7 @@ class RandomLanes {
     second = sign * b;
   }
 
-  /// ln(x) for normal x > 0, relative error about 1e-7: exponent and mantissa, then 2 atanh((m - 1) / (m + 1)).
+  /// Returns ln(x) for normal x > 0, relative error about 1e-7: exponent and mantissa, then 2 atanh((m - 1) / (m + 1)).
   static float log_positive(float x) {
     const std::int32_t bits = std::bit_cast<std::int32_t>(x);
     const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;  // mantissa in [sqrt(1/2), sqrt(2))

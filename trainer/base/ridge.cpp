@@ -29,7 +29,7 @@ void Ridge::add(const MatrixXd& u, const MatrixXd& x, const VectorXd& weights) {
   const MatrixXd rows = with_one(u);
   begin(rows.rows(), x.rows());
   MatrixXd known = x;
-  for (Index k = 0; k < x.cols(); ++k)  // NaN stays NaN when it is weighted by zero
+  for (Index k = 0; k < x.cols(); ++k)  // NaN times a weight of zero would be NaN
     if (weights[k] <= 0.0) known.col(k).setZero();
   const MatrixXd weighted = rows.array().rowwise() * weights.transpose().array();
   gram_ += weighted * rows.transpose();
@@ -77,7 +77,7 @@ double TransientRidge::weight() const {
 MatrixXd TransientRidge::fit(double ridge) const {
   constexpr int kFits = 4;
   constexpr double kLeast = 1e-3;  // deviations of a state
-  std::vector<const Ridge*> bins;  // those that count
+  std::vector<const Ridge*> bins;  // bins that have weight
   Ridge all;
   for (const Ridge& bin : bins_) {
     if (!(bin.weight() > 0.0)) continue;

@@ -12,28 +12,28 @@ class Ridge {
  public:
   /// Adds N samples.
   ///   u        n_u x N
-  ///   x        n_x x N; columns of weight 0 may be anything, NaN too
+  ///   x        n_x x N; columns of weight 0 may hold any value, NaN included
   ///   weights  N, >= 0
   void add(const Eigen::MatrixXd& u, const Eigen::MatrixXd& x, const Eigen::VectorXd& weights);
 
-  /// The weights added so far, in sum; nothing can be fitted while it is zero.
+  /// Returns the sum of the added weights. A fit needs weight() > 0.
   double weight() const { return weight_; }
 
-  /// W, n_x x (1 + n_u): [intercept, columns of u]. `ridge` > 0 is relative to the power of each column, so that
-  /// collinear columns stay harmless. weight() > 0.
+  /// Returns W, n_x x (1 + n_u): [intercept, columns of u]. `ridge` > 0 is relative to the power of each column, so
+  /// that collinear columns do no harm. Needs weight() > 0.
   Eigen::MatrixXd fit(double ridge) const;
 
-  /// Adds the samples of another, whose weights count `share` times.
+  /// Adds the samples of another regression, with weights multiplied by `share`.
   void add(const Ridge& other, double share);
 
-  /// The mean of each state, n_x. weight() > 0.
+  /// Returns the mean of each state, n_x. Needs weight() > 0.
   Eigen::VectorXd mean() const { return cross_.col(0) / weight_; }
 
-  /// Mean of the squared errors of W [1; u] for each state, n_x. weight() > 0.
+  /// Returns the mean squared error of W [1; u] for each state, n_x. Needs weight() > 0.
   Eigen::VectorXd squared_errors(const Eigen::MatrixXd& w) const;
 
  private:
-  /// Sums of zero, at the first samples.
+  /// Sets the sums to zero before the first samples.
   void begin(Eigen::Index columns, Eigen::Index states);
 
   Eigen::MatrixXd gram_, cross_;  ///< weighted sums of [1; u] [1; u]' and of x [1; u]'
@@ -41,28 +41,28 @@ class Ridge {
   double weight_ = 0.0;
 };
 
-/// Ridge regression over runs that begin with a transient, whose errors are far larger than the settled ones and would
-/// decide alone. Times since the start are binned, three bins in each octave. All bins count alike. In each, an error
-/// counts relative to the one that is reachable there:
+/// Ridge regression over runs that begin with a transient. Its errors are far larger than the settled ones and would
+/// dominate the fit. Therefore times since the start are binned, three bins per octave, and all bins have equal weight.
+/// An error counts relative to the error that is reachable in its bin:
 ///   weight of a sample = w_k / (weight of its bin (mean squared error there + (0.001 deviation of the state)^2))
-/// by a few fits, each with the errors of the one before.
+/// The weights are found by a few fits, each with the errors of the previous one.
 class TransientRidge {
  public:
-  /// As Ridge::add(). since_start: sample periods since the start of the run, N.
+  /// Like Ridge::add(). since_start: sample periods since the start of the run, N.
   void add(const Eigen::MatrixXd& u, const Eigen::MatrixXd& x, const Eigen::VectorXd& weights,
            const std::vector<int>& since_start);
 
-  /// As Ridge::weight().
+  /// Like Ridge::weight().
   double weight() const;
 
-  /// As Ridge::fit().
+  /// Like Ridge::fit().
   Eigen::MatrixXd fit(double ridge) const;
 
  private:
   std::vector<Ridge> bins_;
 };
 
-/// `u` with a row of ones on top, as W of Ridge::fit() needs it.
+/// Returns `u` with a row of ones on top, the input of W of Ridge::fit().
 Eigen::MatrixXd with_one(const Eigen::MatrixXd& u);
 
 }  // namespace nlo::trainer

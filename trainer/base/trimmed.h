@@ -6,7 +6,7 @@
 
 namespace nlo::trainer {
 
-/// `text` without the characters of `blanks` at its ends. Inline: logs have millions of cells.
+/// Returns `text` without the characters of `blanks` at its ends. Inline, because logs have millions of cells.
 inline std::string_view trimmed(std::string_view text, std::string_view blanks = " \t") {
   const auto is_blank = [&](char c) { return std::ranges::find(blanks, c) != blanks.end(); };
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);

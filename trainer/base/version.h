@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// In a file of its own, so that a new version compiles one source again and not all of them.
+// The version has its own file, so that a new version recompiles one source instead of all.
 #pragma once
 
 namespace nlo::trainer {

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// At speed 1. What is behind each was found by hand.
+/// Forms at speed 1. The comment of each names the experiment for which it was found by hand.
 const std::vector<ModeBank>& forms() {
   static const std::vector<ModeBank> kForms = {
       {.pairs = {}, .real = {-0.5, -2.0}},                              // car
@@ -19,7 +19,7 @@ const std::vector<ModeBank>& forms() {
       {.pairs = {{-0.33, 1.0}}, .real = {-1.0, -4.0}},                  // Van der Pol
       {.pairs = {{-0.7, 0.7}}, .real = {-1.5, -4.0}},                   // a pendulum upright
       {.pairs = {{-0.2, 0.4}, {-0.45, 0.9}, {-1.0, 2.0}}, .real = {}},  // rotary and double pendulum
-      // States that one sensor does not show: qube_arm, double_pendulum_joint1.
+      // For states that one sensor does not show: qube_arm, double_pendulum_joint1.
       {.pairs = {{-0.1, 0.2}, {-0.22, 0.45}, {-0.45, 1.0}, {-1.0, 2.2}}, .real = {}},
       {.pairs = {{-0.2, 0.4}, {-1.0, 2.0}}, .real = {-0.05}},  // a slow state beside fast ones
   };

@@ -24,11 +24,11 @@ using Eigen::VectorXd;
 
 constexpr int kMostRuns = 128, kMostSamples = 16000, kMostFolds = 4;
 constexpr int kPiece = 4096;                       // samples of a roll-out in memory; the row of a piece has 128 KiB
-constexpr std::uint64_t kProbe = 0x70726f6265ULL;  // a step that no training has
-constexpr double kLeast = 1e-16;                   // squared errors below it are rounding
+constexpr std::uint64_t kProbe = 0x70726f6265ULL;  // number of a step that no training has
+constexpr double kLeast = 1e-16;                   // smaller squared errors are rounding
 constexpr std::array kRidges = {1e-8, 1e-6, 1e-4, 1e-2, 1.0};
 
-/// Each row to mean 0 and deviation 1; one that does not move to 0.
+/// Scales each row to mean 0 and deviation 1, and a constant row to 0.
 void standardise(MatrixXd& rows) {
   for (Index i = 0; i < rows.rows(); ++i) {
     const double mean = rows.row(i).mean();
@@ -41,10 +41,10 @@ void standardise(MatrixXd& rows) {
   }
 }
 
-/// S^-1 u with S S' = cov(u): directions in which features differ little, as two fast modes do,
-/// get the weight of the others.
+/// Returns S^-1 u with S S' = cov(u). Directions in which features differ little, such as those of two fast modes, get
+/// the same weight as the others.
 MatrixXd whitened(const MatrixXd& u) {
-  constexpr double kFloor = 1e-5;  // share of a unit variance; less is rounding or next to nothing
+  constexpr double kFloor = 1e-5;  // as a share of a unit variance; less is rounding or nearly nothing
   MatrixXd covariance = u * u.transpose() / static_cast<double>(u.cols());
   covariance.diagonal().array() += kFloor;
   return codegen::solve(codegen::square_root(covariance), u);
@@ -62,7 +62,7 @@ MatrixXd normal_matrix(Index rows, Index cols, std::uint64_t stream) {
   return result;
 }
 
-/// [1; u; tanh(R u + r)], half of R over whitened features.
+/// Returns [1; u; tanh(R u + r)], where half of R is for whitened features.
 MatrixXd with_random_features(const MatrixXd& u, int count) {
   const Index half = count / 2, nf = u.rows();
   MatrixXd phi(1 + nf + 2 * half, u.cols());
@@ -105,7 +105,7 @@ ReadoutProbe::ReadoutProbe(const Experiment& base, const Dataset& training)
   draw_samples(base);
 }
 
-/// Whole runs, and of logs pieces of them: an observer of logs is started anywhere.
+/// Draws whole runs, or pieces of the runs of logs, because an observer of logs may be started anywhere.
 void ReadoutProbe::draw_segments(const Experiment& base, const Dataset& training) {
   std::map<std::string, int> sources;
   for (const Trajectory& run : training.trajectories) {
@@ -148,7 +148,7 @@ void ReadoutProbe::draw_samples(const Experiment& base) {
     const int first = std::max(0, run.first_estimate - segment.start);
     if (first >= segment.length) continue;
     const auto length = static_cast<std::size_t>(segment.length - first);
-    for (std::size_t i = 0; i < each; ++i) {  // one of each part of the segment
+    for (std::size_t i = 0; i < each; ++i) {  // one from each part of the segment
       const std::size_t from = i * length / each, to = std::max(from + 1, (i + 1) * length / each);
       const int time = first + static_cast<int>(std::min(from + draws.below(to - from), length - 1));
       if (run.weight[static_cast<std::size_t>(segment.start + time)] <= 0.0F) continue;
@@ -171,7 +171,7 @@ void ReadoutProbe::draw_samples(const Experiment& base) {
   standardise(states_);
 }
 
-/// The features of the first `count` samples.
+/// Returns the features of the first `count` samples.
 MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
   const ObserverStructure structure = [&] {
     ObserverStructure made = make_structure(experiment, false, dataset_.outputs, dataset_.states,
@@ -208,7 +208,7 @@ ReadoutError ReadoutProbe::error(const Experiment& experiment, int random_featur
   ReadoutError result;
   result.rows = static_cast<int>(u.rows());
   const auto nx = static_cast<std::size_t>(data_.nx);
-  if (!u.allFinite()) {  // an unstable step: no candidate
+  if (!u.allFinite()) {  // an unstable step: not a candidate
     result.linear = result.curved = std::vector<double>(nx, 1e3);
     return result;
   }
@@ -236,7 +236,7 @@ ReadoutError ReadoutProbe::error(const Experiment& experiment, int random_featur
     cross += sum.cross;
   }
 
-  // Squared errors: ridge x state, of the first rows of phi.
+  // Squared errors (ridge x state) of the first rows of phi.
   const auto errors = [&](Index rows) {
     std::vector<MatrixXd> of_fold(folds, MatrixXd::Zero(static_cast<Index>(kRidges.size()), data_.nx));
     pool_.run(folds_, [&](int f, int) {
@@ -256,7 +256,7 @@ ReadoutError ReadoutProbe::error(const Experiment& experiment, int random_featur
               out.power(i) - 2.0 * w.col(i).dot(out.cross.col(i).head(rows)) + w.col(i).dot(gw.col(i));
       }
     });
-    // The geometric mean over folds: one log that is like no other does not decide alone.
+    // The geometric mean over folds, so that a log which differs from all others does not decide alone.
     MatrixXd logs = MatrixXd::Zero(static_cast<Index>(kRidges.size()), data_.nx);
     double counted = 0.0;
     for (std::size_t f = 0; f < folds; ++f) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// How much of each state a latent system knows, in a fraction of a second and without training: the latent system rolls
-// out over the data with the noise of the training, and a readout in closed form says how far z gives x.
+// Measures how much of each state a latent system contains, in a fraction of a second and without training. The latent
+// system is rolled out over the data with the noise of the training, and a readout in closed form shows how well z
+// determines x:
 //   x_hat = W [1; u; tanh(R u + r)]   u: features of T*, R and r drawn once (random features, Rahimi and Recht 2007)
-// by ridge regression, cross-validated: runs of one source are left out together,
-// and errors are geometric means over folds.
+// by cross-validated ridge regression. Runs of one source are left out together, and errors are geometric means over
+// folds.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,18 +25,20 @@ struct ReadoutError {
   double ridge = 0.0;          ///< ridge with the least linear errors, relative to the features' power
   int rows = 0;                ///< n_z
 
-  /// Mean over states of ln(the smaller error + 1e-3), by which banks are compared. 0.1 is ten percent of every state.
+  /// Returns the mean over states of ln(the smaller error + 1e-3), by which banks are compared. A difference of 0.1 is
+  /// ten per cent in every state.
   double mean_log() const;
 };
 
 class ReadoutProbe {
  public:
   /// `base` has the keys that determine the data: noise, mirror, seed, threads, sensors that may fail. Throws
-  /// codegen::Error when no truth counts.
+  /// codegen::Error if no truth counts.
   ReadoutProbe(const Experiment& base, const Dataset& training);
 
-  /// Error of the best readout of `experiment`'s latent system and features, with `random_features` tanh units at
-  /// `samples` samples (at most the number drawn). The result does not depend on the number of threads.
+  /// Returns the error of the best readout for the latent system and the features of `experiment`, with
+  /// `random_features` tanh units at `samples` samples (at most the number drawn). The result does not depend on the
+  /// number of threads.
   ReadoutError error(const Experiment& experiment, int random_features, int samples);
 
  private:

@@ -32,7 +32,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// Whether runs and their mirror images are equally likely. Otherwise mirror adds data where the plant never is.
+/// Returns true if runs and their mirror images are equally likely. Otherwise mirror would add data where the plant
+/// never is.
 bool starts_evenly(const Experiment& e) {
   const auto even = [](const std::vector<double>& low, const std::vector<double>& high) {
     for (std::size_t i = 0; i < low.size() && i < high.size(); ++i)
@@ -45,7 +46,7 @@ bool starts_evenly(const Experiment& e) {
 }
 
 constexpr double kSamplesOfPlants = 6e5;  ///< sum over all trajectories
-constexpr int kMostFeatures = 40;         ///< rows of z of all channels
+constexpr int kMostFeatures = 40;         ///< largest number of rows of z of all channels
 
 std::vector<double> run_lengths_s(const Dataset& data) {
   std::vector<double> lengths;
@@ -53,15 +54,15 @@ std::vector<double> run_lengths_s(const Dataset& data) {
   return lengths;
 }
 
-/// The longest time constant of a derived mode [s]: a run is at least as long, and all runs together five times. One
-/// log shows a slower mode too few times to fit what belongs to it. Many short runs show it at each start.
+/// Returns the longest time constant of a derived mode [s]. A run must be at least as long, and all runs together five
+/// times as long. A single log shows a slower mode too few times to fit it. Many short runs show it at each start.
 double longest_time_constant_s(const std::vector<double>& run_lengths) {
   constexpr double kTimesInAll = 5.0;
   const double all = std::accumulate(run_lengths.begin(), run_lengths.end(), 0.0);
   return std::min(value_at_rank(run_lengths, 0.5), all / kTimesInAll);
 }
 
-/// How an observer of a bank reads and starts.
+/// What an observer of a bank reads, and how it starts.
 struct Reading {
   FeatureSet features = FeatureSet::kLatentAndOutput;
   LatentStart start = LatentStart::kSteady;
@@ -73,7 +74,7 @@ struct Choice {
   Reading reading;
   ReadoutError error;
   double value() const {
-    constexpr double kRow = 0.002;  // a row more is to be worth 0.2 % of every error
+    constexpr double kRow = 0.002;  // a further row must lower every error by 0.2 %
     return error.mean_log() + kRow * error.rows;
   }
 };
@@ -126,15 +127,16 @@ class Deriver {
     double error = 0.0;  ///< Pilots::error()
   };
 
-  /// End of the transient of an observer with these modes [s], as its evaluation will tell it.
+  /// Returns the end of the transient of an observer with these modes [s], as its evaluation determines it.
   double settled_from_s(const ModeBank& bank) const {
     const double from_s = trainer::settled_from_s(evaluation_windows(base_.evaluation, bank.slowest(), length_s_));
     return from_s > 0.0 ? from_s : 0.2 * length_s_;
   }
 
-  /// Takes products with clocks where they are worth it. `told` says so.
+  /// Uses products with clocks if they lower the error enough. `told` gets a text about it.
   Piloted better_with_products(const Piloted& plain, const Pilots& pilots, std::string& told) const {
-    constexpr double kWorthAFirstLayer = 0.95;  // products make the first layer wider, in every step of the loop
+    // Products make the first layer wider, which costs time in every step of the loop.
+    constexpr double kWorthAFirstLayer = 0.95;
     Piloted products{with_clock_products(plain.experiment), 0.0};
     products.error = pilots.error(products.experiment, kPilotSteps);
     const bool better = products.error < kWorthAFirstLayer * plain.error;
@@ -142,10 +144,11 @@ class Deriver {
     return better ? products : plain;
   }
 
-  /// Takes another structure where it is worth it. `told` has the errors of all, and why one was not tried.
+  /// Uses another structure if it lowers the error enough. `told` gets the errors of all, and the reason why one was
+  /// not tried.
   Piloted best_structure(const Piloted& linear, const std::vector<Rival>& rivals, const Pilots& pilots,
                          std::string& told) const {
-    constexpr double kWorthIt = 0.9;  // a linear latent is the fastest to train, and simple in flight
+    constexpr double kWorthIt = 0.9;  // a linear latent system is the fastest to train, and simple in flight
     Piloted best = linear;
     std::string not_tried;
     const auto tell_not_tried = [&not_tried](const std::string& name, std::string_view reason) {
@@ -195,16 +198,17 @@ class Deriver {
     return e;
   }
 
-  /// Products with clocks are learned from starts. Logs have few: four logs of a pendulum made the transient worse.
+  /// Products with clocks are learned from the starts of runs. Logs have few of them: with four logs of a pendulum, the
+  /// transient became worse.
   bool may_read_clock_products() const {
     return structure_of(base_.observer).may_read_clock_products() && !base_.log && !given("observer.clocks_s") &&
            !given("observer.clock_products");
   }
 
-  /// The same observer with a clock for each time scale of D, whose T* reads products with them.
+  /// Returns the same observer with a clock for each time scale of D, whose T* reads products with them.
   Experiment with_clock_products(Experiment e) const {
     constexpr std::size_t kMostClocks = 4;
-    constexpr double kOneScale = 1.6;  // ratio of time constants that one clock serves
+    constexpr double kOneScale = 1.6;  // ratio of time constants up to which one clock is enough
     ObserverConfig& o = e.observer;
     std::vector<double> times_s;
     for (const double lambda : o.eigenvalues) times_s.push_back(-1.0 / lambda);
@@ -220,14 +224,14 @@ class Deriver {
     return checked(e);
   }
 
-  /// As its own text reads, which is what derived.toml holds.
+  /// Returns the experiment that its own text gives, which is the content of derived.toml.
   Experiment checked(const Experiment& e) const {
     Experiment derived = parse_experiment(format_experiment(e), "what was derived");
     derived.threads = base_.threads;
     return derived;
   }
 
-  /// Whether the checks let an observer read and start like this.
+  /// Returns true if the checks allow an observer that reads and starts in this way.
   bool allowed(const ModeBank& bank, const Reading& reading) const {
     try {
       (void)parse_experiment(format_experiment(with(bank, reading)), "a candidate");
@@ -237,7 +241,7 @@ class Deriver {
     }
   }
 
-  /// The readings that the draft leaves open, the usual one first.
+  /// Returns the readings that the draft leaves open, the usual one first.
   std::vector<Reading> readings(const ModeBank& bank) const {
     const NoiseMixture noise = base_.training.all_noise();
     const bool quiet =
@@ -249,10 +253,10 @@ class Deriver {
         for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
           if (given("observer.features") && features != base_.observer.features) continue;
           if (given("observer.start") && start != base_.observer.start) continue;
-          // z = 0 averages the noise of the first sample away; without noise it discards the information of that
+          // z = 0 averages the noise of the first sample. Without noise it only discards the information of that
           // sample.
           if (start == LatentStart::kZero && quiet && !all.empty()) continue;
-          // How a plant was simulated, or delays were found, decides how inputs act.
+          // The simulation of a plant, or the search for delays, determines how inputs act.
           const bool open = base_.log && data_.reads_inputs && !given("observer.input_hold");
           if (open ? false : hold != base_.observer.input_hold) continue;
           const Reading reading{features, start, hold};
@@ -262,7 +266,7 @@ class Deriver {
     return all;
   }
 
-  /// The best of each form, the best form first.
+  /// Returns the best choice of each form, the best form first.
   std::vector<Choice> choose() {
     constexpr int kFewFeatures = 64, kFewSamples = 6000, kManyFeatures = 256, kManySamples = 16000;
     constexpr std::size_t kFinalists = 4;
@@ -278,7 +282,7 @@ class Deriver {
                       "give longer or more runs, or [observer] eigenvalues",
                       shortest_text(length_s_), shortest_text(period_s_)));
     const std::vector<Reading> ways = readings(banks.front());
-    if (ways.empty())  // says why
+    if (ways.empty())  // this throws an error with the reason
       (void)parse_experiment(format_experiment(with(banks.front(), {})), "what was derived");
 
     const auto better = [](const Choice& a, const Choice& b) { return a.value() < b.value(); };
@@ -321,7 +325,7 @@ class Deriver {
     return best;
   }
 
-  /// The least share of its linear error that a curved readout leaves any state.
+  /// Returns the least ratio, over the states, of the error of a curved readout to that of a linear one.
   static double curvature(const ReadoutError& error) {
     double least = 1.0;
     for (std::size_t i = 0; i < error.linear.size(); ++i)
@@ -337,8 +341,8 @@ class Deriver {
     set("inverse_map.hidden", map.hidden, wide ? std::vector<int>{48, 48} : std::vector<int>{32, 32});
     set("inverse_map.activation", map.activation, std::string("silu"));
     if (e.log && choice.bank.resonances > 0) {
-      // The last per cent of a resonance's frequency and damping: on Silverbox a third of the error. Rates of the
-      // network's size would throw a pair of little damping out of its resonance.
+      // Learning adjusts the last per cent of a resonance's frequency and damping, which on Silverbox is a third of the
+      // error. With the learning rate of the network, a pair with little damping would lose its resonance.
       set("observer.learn_eigenvalues", e.observer.learn_eigenvalues, true);
       set("training.eigenvalue_learning_rate", t.eigenvalue_learning_rate, 1e-3);
     }
@@ -352,7 +356,8 @@ class Deriver {
     set("training.validate_every", t.validate_every, std::clamp(t.steps / 20, 1, 200));
     const bool keeps = t.transient == Transient::kKeep;
     if (e.log) {
-      // With decoupled decay, weights shrink by e^-(decay rate steps): e^-7 leaves little more than the linear path.
+      // With decoupled decay, weights shrink by e^-(decay rate steps). After e^-7 little more than the linear path
+      // remains.
       const double shrinkage = share < 0.7 ? 0.1 : share < 0.9 ? 1.0 : 7.0;
       set("training.weight_decay", t.weight_decay, rounded(2.0 * shrinkage / (t.learning_rate * t.steps)));
       if (keeps)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Derives the missing keys of an experiment from its plant or its logs. A file without eigenvalues is a draft
-// (experiments/load_experiment.h); every key that it has is kept. Eigenvalues, features and the start are chosen by
-// measurement (readout_probe.h), and between the last few by short trainings (pilot.h). Rules give the rest, from
-// sizes, time scales and the measurements.
+// (experiments/load_experiment.h), and all its keys are kept. Eigenvalues, features and the start are selected by
+// measurement (readout_probe.h), and among the last few by short trainings (pilot.h). Rules derive the rest from sizes,
+// time scales and the measurements.
 #pragma once
 
 #include <string>
@@ -12,18 +12,18 @@
 
 namespace nlo::trainer {
 
-/// The draft with the keys that determine its training data: the number of trajectories, and whether their mirror
-/// images are runs, too.
+/// Returns the draft with the keys that determine its training data: the number of trajectories, and whether mirror
+/// images count as runs.
 Experiment experiment_for_data(const DraftExperiment& draft);
 
 struct Recipe {
   Experiment experiment;  ///< complete and checked; its source_text reads back to the same
-  std::string text;       ///< the derived keys and the reasons, a line for each section; for people
+  std::string text;       ///< text for users: the derived keys and the reasons, a line for each section
 };
 
-/// Derives the missing keys of `draft` from the data of experiment_for_data(). The same draft, seed and data give
-/// the same experiment for any number of threads. Throws codegen::Error if the keys of the
-/// draft fit no derived experiment.
+/// Derives the missing keys of `draft` from the data of experiment_for_data(). The same draft, seed and data give the
+/// same experiment for any number of threads. Throws codegen::Error if no derived experiment fits the keys of the
+/// draft.
 Recipe derive_recipe(const DraftExperiment& draft, const Dataset& training, const Dataset& validation);
 
 }  // namespace nlo::trainer

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kWorthAPair = 0.1;  // least fall of the log error
+constexpr double kWorthAPair = 0.1;  // least decrease of the log error
 constexpr int kMostPairs = 3;
 
 struct Resonance {
@@ -29,7 +29,7 @@ class Search {
   Search(double sample_period_s, double longest_s, const std::function<double(const ModeBank&)>& log_error)
       : fastest_(1.5 / sample_period_s), slowest_(1.0 / longest_s), log_error_(log_error) {}
 
-  /// The bank with the best pair, and its error in `error`.
+  /// Returns the bank with the best additional pair, and sets `error` to its error.
   ModeBank best_pair(const ModeBank& bank, double& error) const {
     constexpr double kDamping = 0.1, kApart = 1.2;  // neighbours of the grid overlap by half of their bandwidth
     Resonance best{0.0, kDamping};

@@ -30,7 +30,7 @@ bool simulates_an_exact_plant(const Experiment& e) {
   return !e.log && e.plant && e.plant->parameter_ranges.empty() && e.simulation.process_noise.empty();
 }
 
-/// Where the equations begin as a tuned filter, little is left to learn, in small steps.
+/// Equations start as a tuned filter, so there is little to learn, in small steps.
 struct Effort {
   int units, steps;
   double learning_rate;
@@ -47,7 +47,7 @@ std::optional<Experiment> rival(const DraftExperiment& draft, const Experiment& 
   const auto set = [&draft](const char* key, auto& value, auto derived) {
     if (!draft.given.has(key)) value = std::move(derived);
   };
-  constexpr double kLongest = 500.0;  // samples of a segment: gradients through time are paid by the sample
+  constexpr double kLongest = 500.0;  // longest segment in samples: the time for gradients is proportional to it
   const double samples = length_s / sample_period_s;
   Experiment e = base;
   if (!structure.adopt(e, sample_period_s)) return std::nullopt;

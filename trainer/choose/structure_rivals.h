@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Structures that a derived experiment may take in place of a linear latent system: gated units, and a prior where the
-// equations of the plant are known. Short trainings of all of them (pilot.h) choose.
+// Structures that a derived experiment may have instead of a linear latent system: gated units, and a prior if the
+// equations of the plant are known. Short trainings of all of them (pilot.h) decide.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace nlo::trainer {
 
 struct Rival {
   Experiment experiment;  ///< complete and checked
-  std::string not_tried;  ///< why its short training would choose wrongly, with the remedy; empty: it may be tried
+  std::string not_tried;  ///< reason why its short training would mislead, with the remedy; empty: it may be tried
 };
 
-/// Turns `base`, the draft with the keys that decide its data, into one experiment for each structure that fits it. A
-/// key that the draft gives keeps its value. Left out are
+/// Turns `base`, the draft with the keys that determine its data, into one experiment for each structure that fits it.
+/// Keys of the draft keep their values. Left out are
 ///   - all, if the draft chooses the structure or gives a key of [observer] that only a linear latent system has
 ///   - gated units, if a plant is simulated without noise: they lose accuracy to keep noise out
 ///   - each structure whose own checks refuse the experiment: a prior needs equations, all states, and no angle

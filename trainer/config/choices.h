@@ -8,8 +8,8 @@
 
 namespace nlo::trainer {
 
-/// How initial states are drawn: over the box; box centre and half widths = 1 sigma; c + a cos phi + b sin phi with phi
-/// uniform; the states of a list in shuffled rounds.
+/// Distribution of initial states: uniform over the box; normal, with the centre of the box as mean and its half widths
+/// as 1 sigma; c + a cos phi + b sin phi with uniform phi; the states of a list in shuffled rounds.
 enum class InitialDistribution { kUniform, kGaussian, kCircle, kList };
 template <>
 inline constexpr NameTable<InitialDistribution, 4> kNames<InitialDistribution>{
@@ -18,7 +18,7 @@ inline constexpr NameTable<InitialDistribution, 4> kNames<InitialDistribution>{
      {InitialDistribution::kCircle, "circle"},
      {InitialDistribution::kList, "list"}}};
 
-/// How a drawn input runs over a trajectory: see plants/drawn_inputs.h.
+/// Course of a drawn input over a trajectory, see plants/drawn_inputs.h.
 enum class InputSignal { kZero, kConstant, kSteps, kPrbs, kSine, kSquare, kMultisine, kChirp, kNoise, kLog };
 template <>
 inline constexpr NameTable<InputSignal, 10> kNames<InputSignal>{{{InputSignal::kZero, "zero"},
@@ -38,7 +38,7 @@ template <>
 inline constexpr NameTable<Encoding, 2> kNames<Encoding>{
     {{Encoding::kUnwrap, "unwrap"}, {Encoding::kSincos, "sincos"}}};
 
-/// The role of a column. The truth of a row counts where the mask is not 0.
+/// Role of a column. The truth of a row counts if its mask is not 0.
 enum class ColumnRole { kTime, kOutput, kState, kInput, kMask, kIgnored };
 template <>
 inline constexpr NameTable<ColumnRole, 6> kNames<ColumnRole>{{{ColumnRole::kTime, "time"},
@@ -51,57 +51,57 @@ inline constexpr NameTable<ColumnRole, 6> kNames<ColumnRole>{{{ColumnRole::kTime
 template <>
 inline constexpr auto kNames<Hold> = codegen::kHoldNames;
 
-/// F of D z + F y: ones, or F = -lambda, so that z settles at y.
+/// F of D z + F y: ones, or -lambda, so that z settles at y.
 enum class Injection { kOnes, kUnitGain };
 template <>
 inline constexpr NameTable<Injection, 2> kNames<Injection>{
     {{Injection::kOnes, "ones"}, {Injection::kUnitGain, "unit_gain"}}};
 
-/// z(0): zero, or the steady state of the first output.
+/// Start of z: zero, or the steady state for the first output.
 enum class LatentStart { kZero, kSteady };
 template <>
 inline constexpr NameTable<LatentStart, 2> kNames<LatentStart>{
     {{LatentStart::kZero, "zero"}, {LatentStart::kSteady, "steady"}}};
 
-/// Readings of T*: z; z and y; z - y and y.
+/// What T* reads: z; z and y; z - y and y.
 enum class FeatureSet { kLatent, kLatentAndOutput, kLatentMinusOutput };
 template <>
 inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLatent, "latent"},
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
-/// Features of T* that it reads once more, times each clock.
+/// Features whose products with each clock T* reads, too.
 enum class ClockProductSet { kNone, kLatent, kAll };
 template <>
 inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{
     {{ClockProductSet::kNone, "none"}, {ClockProductSet::kLatent, "latent"}, {ClockProductSet::kAll, "all"}}};
 
-/// The readout that ships for a state: the network, a linear row or a blend, whichever has the least transient and
-/// settled errors; whichever has the least settled error; or always the network (shipped_model.h).
+/// The readout that ships for a state: the one of network, linear row and blend with the least transient and settled
+/// errors, or with the least settled error; or always the network (shipped_model.h).
 enum class ReadoutChoice { kSelected, kSettled, kNetwork };
 template <>
 inline constexpr NameTable<ReadoutChoice, 3> kNames<ReadoutChoice>{{{ReadoutChoice::kSelected, "selected"},
                                                                     {ReadoutChoice::kSettled, "settled"},
                                                                     {ReadoutChoice::kNetwork, "network"}}};
 
-/// Whether training chooses the readouts.
+/// Returns true if training selects the readouts.
 constexpr bool is_chosen(ReadoutChoice readout) {
   return readout != ReadoutChoice::kNetwork;
 }
 
-/// Reduction of running costs over time; the integral is larger by the horizon.
+/// Reduction of the running cost over time. The integral is the mean times the horizon.
 enum class Reduction { kMean, kIntegral, kLogarithm };
 template <>
 inline constexpr NameTable<Reduction, 3> kNames<Reduction>{
     {{Reduction::kMean, "mean"}, {Reduction::kIntegral, "integral"}, {Reduction::kLogarithm, "logarithm"}}};
 
-/// Points at which the plant's equations (5) are required: the samples, or points of a box.
+/// Points at which the plant's equations (5) must hold: the samples, or points of a box.
 enum class EquationPoints { kData, kBox };
 template <>
 inline constexpr NameTable<EquationPoints, 2> kNames<EquationPoints>{
     {{EquationPoints::kData, "data"}, {EquationPoints::kBox, "box"}}};
 
-/// Squared errors in the units of x and z, or by their deviation.
+/// Squared errors in the units of x and z, or divided by their variance.
 enum class ErrorScale { kPhysical, kNormalised };
 template <>
 inline constexpr NameTable<ErrorScale, 2> kNames<ErrorScale>{
@@ -113,15 +113,15 @@ template <>
 inline constexpr NameTable<TrainingMode, 2> kNames<TrainingMode>{
     {{TrainingMode::kRandomSamples, "random_samples"}, {TrainingMode::kFullBatch, "full_batch"}}};
 
-/// Gradient of the latent system: the exact filter where it is linear, else backprop; or one of backprop and the
-/// adjoint (Proposition 1) through RK4 for every structure.
+/// Gradient of the latent system. Automatic: the exact filter if the latent system is linear, else backpropagation. The
+/// others work for every structure through RK4: backpropagation, or the adjoint (Proposition 1).
 enum class LatentGradient { kAutomatic, kBackprop, kAdjoint };
 template <>
 inline constexpr NameTable<LatentGradient, 3> kNames<LatentGradient>{{{LatentGradient::kAutomatic, "automatic"},
                                                                       {LatentGradient::kBackprop, "backprop"},
                                                                       {LatentGradient::kAdjoint, "adjoint"}}};
 
-/// The start of the filter is learned from, or kept out by one of two ways (data/transient.h).
+/// Training uses the start of the filter, or excludes it in one of two ways (data/transient.h).
 enum class Transient { kKeep, kDrop, kBackward };
 template <>
 inline constexpr NameTable<Transient, 3> kNames<Transient>{

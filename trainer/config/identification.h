@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The file of `nlo identify` as a value: a plant by expressions with unknown parameters, the logs to find them from,
-// and the method. Defaults stand only here.
+// The file of `nlo identify` as a value: a plant given by expressions with unknown parameters, the logs, and the
+// method. Defaults are only here.
 #pragma once
 
 #include <string>
@@ -14,10 +14,10 @@ namespace nlo::trainer {
 /// [identify]
 struct IdentifyConfig {
   double segment_s = 1.0;                                ///< length of the segments that are simulated
-  int most_samples = 40000;                              ///< more are thinned: every n-th segment is taken
+  int most_samples = 40000;                              ///< with more samples, every n-th segment is used
   std::vector<std::pair<std::string, double>> noise;     ///< standard deviation of each fitted output or state, by name
   std::vector<double> initial_state, initial_deviation;  ///< start of a segment and of the filters, n_x each
-  std::vector<double> process_noise;                     ///< start of the filters' tuning, per sqrt(s), n_x
+  std::vector<double> process_noise;                     ///< initial value of the filters' tuning, per sqrt(s), n_x
   std::vector<std::string> fixed, positive;              ///< parameters
   Hold input_hold = Hold::kFirstOrder;
   double longest_step_s = 0.0;         ///< longest step of RK4; 0: the sample period
@@ -28,8 +28,8 @@ struct IdentifyConfig {
 struct Identification {
   std::string name;
   int threads = 0;    ///< 0: all cores. The result does not depend on it.
-  PlantConfig plant;  ///< by expressions; outputs may name the inputs; a parameter's range bounds it
-  LogConfig log;      ///< columns by the plant's names
+  PlantConfig plant;  ///< given by expressions; outputs may use the inputs; the range of a parameter bounds it
+  LogConfig log;      ///< columns with the names of the plant
   IdentifyConfig identify;
   EvaluationConfig evaluation;
 };

@@ -22,10 +22,10 @@ struct Key {
   std::string meaning;  ///< with the unit
   std::function<void(Section&, const Toml&, const std::string& where)> read;
   std::function<std::string(const Section&)> show;  ///< as a TOML value
-  bool only_when_given = false;                     ///< left out of an experiment's text where it has its default
+  bool only_when_given = false;                     ///< not written to an experiment's text if it has its default
 };
 
-/// A key that is a member of its section.
+/// Makes a key that is a member of its section.
 template <class Section, class Field>
 Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std::string meaning) {
   std::string type = type_of(Field{});
@@ -40,7 +40,7 @@ Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std:
           false};
 }
 
-/// A key of a struct that a section keeps for a module, as a key of the section: section.own.get<Own>().
+/// Makes a key that is a member of a module's struct in the section, section.own.get<Own>().
 template <class Section, class Own>
 Key<Section> own_key(Key<Own> key) {
   return {std::move(key.name),
@@ -53,13 +53,13 @@ Key<Section> own_key(Key<Own> key) {
           true};
 }
 
-/// One of `keys` has this name.
+/// Returns true if one of `keys` has this name.
 template <class Section>
 bool has_key(const std::vector<Key<Section>>& keys, std::string_view name) {
   return std::any_of(keys.begin(), keys.end(), [&](const Key<Section>& key) { return key.name == name; });
 }
 
-/// Whether a value, as it is shown, is as good as not there: "", [], {}.
+/// Returns true if a value is empty in its TOML form: "", [], {}.
 inline bool is_empty_value(std::string_view shown) {
   return shown == "\"\"" || shown == "[]" || shown == "{}";
 }

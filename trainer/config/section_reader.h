@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads the tables of a TOML file into sections by their keys, and notes where each key was written.
+// Reads the tables of a TOML file into sections by their keys, and stores the place of each key.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ namespace nlo::trainer {
 
 class SectionReader {
  public:
-  /// The title of the section that knows a key, for one that stands in the wrong place; empty when none does.
+  /// Returns the title of the section that has a key, for a key in the wrong section; empty if no section has it.
   using HomeOfKey = std::function<std::string(const std::string& name)>;
 
   SectionReader(std::string filename, Places& places, HomeOfKey home)
@@ -31,7 +31,7 @@ class SectionReader {
   /// Reads one section. Throws codegen::Error `FILE:LINE: ...` for an unknown key or a value that its key refuses.
   ///   path         "observer"; empty for the keys above all sections
   ///   title        "[observer]", for messages
-  ///   subsections  members that are left to the caller
+  ///   subsections  members that the caller reads
   template <class Section>
   void read(const Toml& table, const std::string& path, std::string_view title, const std::vector<Key<Section>>& keys,
             Section& section, const std::vector<std::string>& subsections = {}) {
@@ -58,7 +58,7 @@ class SectionReader {
     }
   }
 
-  /// The table of a section, or nothing when the file has none.
+  /// Returns the table of a section; null if the file has none.
   const Toml* section(const Toml& parent, const std::string& path, const std::string& name) const {
     const auto found = parent.as_table().find(name);
     if (found == parent.as_table().end()) return nullptr;
@@ -70,11 +70,11 @@ class SectionReader {
 
   std::string place(const Toml& value) const {
     const std::string place = place_of(value);
-    return place.starts_with("unknown file") ? filename_ : place;  // a section that only --set made
+    return place.starts_with("unknown file") ? filename_ : place;  // a section that exists only by --set
   }
 
  private:
-  static constexpr std::size_t kMostMembers = 100;  // of a table; far more than the keys, few enough to search
+  static constexpr std::size_t kMostMembers = 100;  // in a table: more than all keys, and few enough to search
 
   void note(const std::string& path, const Toml& value) { places_.note(path, place(value)); }
 

@@ -12,15 +12,15 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr int kMaxDepth = 32;                     // brackets and braces within each other
+constexpr int kMaxDepth = 32;                     // nesting of brackets and braces
 constexpr int kMaxDots = 16;                      // in one key
-constexpr std::string_view kOverride = "--set ";  // "file name" of values that came from there
+constexpr std::string_view kOverride = "--set ";  // stands for the file name of values from --set
 
 [[noreturn]] void fail(const std::string& filename, std::size_t line, const std::string& what) {
   throw codegen::Error(fmt::format("{}:{}: {}", filename, line, what));
 }
 
-/// Length of the UTF-8 sequence that starts at `at`; 0 when there is none (overlong forms and surrogates are none).
+/// Returns the length of the UTF-8 sequence at `at`; 0 if there is none (overlong forms and surrogates are invalid).
 std::size_t utf8_length(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) { return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u; };
   const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
@@ -38,8 +38,7 @@ std::size_t utf8_length(std::string_view text, std::size_t at) {
   return 0;
 }
 
-/// Checks a text before the parser reads it. It follows TOML's strings and comments, so that their brackets do not
-/// count.
+/// Checks a text before the parser reads it. Skips TOML's strings and comments, so that brackets in them do not count.
 class Guard {
  public:
   Guard(std::string_view text, const std::string& filename) : text_(text), filename_(filename) {}
@@ -91,7 +90,7 @@ class Guard {
     const bool multiline = text_.substr(at_, 3) == triple;
     at_ += multiline ? 3 : 1;
     while (at_ < text_.size()) {
-      if (text_[at_] == '\n' && !multiline) return;  // never closed: the parser says so
+      if (text_[at_] == '\n' && !multiline) return;  // never closed: the parser reports it
       if (text_[at_] == '\n') ++line_;
       if (multiline ? text_.substr(at_, 3) == triple : text_[at_] == quote) {
         at_ += multiline ? 3 : 1;
@@ -107,8 +106,8 @@ class Guard {
   int depth_ = 0, dots_ = 0;
 };
 
-/// toml11's message is a drawing over several lines, "[error] toml::parse_array: missing ...\n --> file...": its first
-/// line without the function's name is enough beside FILE:LINE.
+/// Returns the first line of toml11's message without the name of the function. The message has several lines, "[error]
+/// toml::parse_array: missing ...\n --> file...", and FILE:LINE replaces the others.
 std::string first_line(std::string message) {
   message = message.substr(0, message.find('\n'));
   for (const std::string_view prefix : {"[error] ", "toml::"})
@@ -120,7 +119,7 @@ std::string first_line(std::string message) {
 
 constexpr std::string_view kWhiteSpace = " \t\r\n";
 
-/// Line `number` of `text`, from 1, without its comment.
+/// Returns line `number` of `text`, from 1, without its comment.
 std::string_view line_of(std::string_view text, std::size_t number) {
   for (; number > 1 && text.find('\n') != std::string_view::npos; --number) text.remove_prefix(text.find('\n') + 1);
   text = text.substr(0, text.find('\n'));
@@ -136,7 +135,7 @@ bool is_bare_word(std::string_view text) {
   return text != "true" && text != "false" && text != "inf" && text != "nan";
 }
 
-/// Says how to write the line that toml11 refuses with `message`.
+/// Adds the correct way to write the line that toml11 refuses with `message`.
 std::string with_remedy(const std::string& message, std::string_view line) {
   if (line.starts_with('[')) {
     const bool is_list = line.starts_with("[[");
@@ -168,7 +167,7 @@ Toml parse_toml(std::string_view text, const std::string& filename) {
   } catch (const toml::exception& error) {
     const std::size_t line = error.location().line();
     fail(filename, line, with_remedy(first_line(error.what()), line_of(text, line)));
-  } catch (const std::exception& error) {  // toml11 lets some of the standard library's through
+  } catch (const std::exception& error) {  // toml11 passes some exceptions of the standard library
     throw codegen::Error(fmt::format("{}: {}", filename, first_line(error.what())));
   }
 }
@@ -193,7 +192,7 @@ void apply_override(Toml& root, const std::string& assignment) {
   try {
     parsed = parse_toml("value = " + value, origin);
   } catch (const codegen::Error& error) {
-    std::string message = error.what();  // "--set k=v:1: what": an override has no lines
+    std::string message = error.what();  // "--set k=v:1: what": an override has no line numbers
     if (message.starts_with(origin + ":"))
       message.erase(origin.size(), message.find(": ", origin.size()) - origin.size());
     throw codegen::Error(message + " (values are TOML: numbers, true, [lists], \"text\")");

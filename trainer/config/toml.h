@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// TOML text to values with their places, safe for text from anywhere: toml11 3.7 recurses per bracket and per dot and
-// would overflow the stack, so size, encoding and nesting are checked first.
+// Parses TOML text to values with their places, safely for any text. toml11 3.7 recurses per bracket and per dot and
+// could overflow the stack, so size, encoding and nesting are checked first.
 #pragma once
 
 #include <map>
@@ -15,23 +15,24 @@ using Toml = toml::basic_value<toml::discard_comments, std::map, std::vector>;
 
 constexpr std::size_t kMaxConfigBytes = std::size_t{1} << 20;
 
-/// Throws codegen::Error `FILE:LINE: ...` for text that is too big, not UTF-8, too deep or not TOML.
+/// Parses a text. Throws codegen::Error `FILE:LINE: ...` for text that is too long, not UTF-8, nested too deeply or not
+/// TOML.
 Toml parse_toml(std::string_view text, const std::string& filename);
 
-/// Sets `section.key` in `root` from "section.key=value", a TOML value; a bare word (letters, digits, _ : . -) is taken
-/// as a string, so that shells need no second pair of quotes. Errors name the override.
+/// Sets `section.key` in `root` from "section.key=value" with a TOML value. A bare word (letters, digits, _ : . -) is
+/// read as a string, so that a shell needs no second pair of quotes. Errors name the override.
 void apply_override(Toml& root, const std::string& assignment);
 
-/// "FILE:LINE" of a value, or "--set KEY=VALUE" when it came from there.
+/// Returns "FILE:LINE" of a value, or "--set KEY=VALUE" if it came from --set.
 std::string place_of(const Toml& value);
 
-/// The members of a table in the order they are written.
+/// Returns the members of a table in the order of the file.
 std::vector<std::pair<std::string, const Toml*>> members_in_order(const Toml& table);
 
-/// "an integer", "a string"... as people say it.
+/// Returns "an integer", "a string", ... for messages.
 std::string_view type_in_words(const Toml& value);
 
-/// A string as a TOML literal.
+/// Returns a string as a TOML literal.
 std::string toml_text(std::string_view text);
 
 }  // namespace nlo::trainer

@@ -50,7 +50,7 @@ std::string must_be(std::string_view type, const Rule& rule) {
   return words.empty() ? fmt::format("it must be {}", type) : fmt::format("it must be {} {}", type, words);
 }
 
-/// toml11 reads an integer that is too big as the biggest one.
+/// Reads an integer. toml11 reads an integer that is too large as the largest one.
 std::int64_t whole_number(const Toml& value, const std::string& where) {
   const std::int64_t number = value.as_integer();
   if (number == std::numeric_limits<std::int64_t>::max() || number == std::numeric_limits<std::int64_t>::min())
@@ -101,7 +101,7 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, u
 void read_value(const Toml& value, const std::string& where, const Rule& rule, double& field) {
   if (!value.is_integer() && !value.is_floating()) fail(value, where, must_be("a number", rule));
   const double number = value.is_integer() ? static_cast<double>(whole_number(value, where)) : value.as_floating();
-  // toml11 reads 1e999 as the biggest double.
+  // toml11 reads 1e999 as the largest double.
   const bool is_finite = std::abs(number) < std::numeric_limits<double>::max();
   if (!is_finite || !within(number, rule)) fail(value, where, must_be("a finite number", rule));
   field = number;
@@ -260,7 +260,7 @@ std::string show_value(unsigned long long field) {
 }
 
 std::string show_value(double field) {
-  // TOML wants a digit on both sides of the point: "1e-06" is a number, "1." is none.
+  // TOML needs a digit on both sides of the point: "1e-06" is a number, "1." is not.
   const std::string text = shortest_text(field);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
@@ -273,7 +273,7 @@ std::string show_cells(const std::vector<std::string>& cells) {
   std::string result;
   for (const std::string& cell : cells) {
     const auto number = finite_number(cell);
-    // The largest double is a text: read_value() takes it for an overflow.
+    // The largest double is written as a text, because read_value() would take the number for an overflow.
     const bool is_bare =
         number && shortest_text(*number) == cell && std::abs(*number) < std::numeric_limits<double>::max();
     result += (result.empty() ? "" : ", ") + (is_bare ? cell : show_value(cell));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One key's value: from TOML with its rule checked, back to TOML, and in words. Overloads by the type of the field.
+// The value of one key: reads it from TOML and checks its rule, writes it as TOML and in words. Overloaded by the type
+// of the field.
 #pragma once
 
 #include <array>
@@ -13,10 +14,10 @@
 
 namespace nlo::trainer {
 
-/// The value that nlo new writes where the user has to choose one; an error where it is read.
+/// The value that `nlo new` writes where the user has to choose one. Reading it is an error.
 inline constexpr std::string_view kChoose = "CHOOSE";
 
-/// A condition on a value beside its type; for a list, on each element.
+/// A condition on a value in addition to its type; in a list it applies to each element.
 struct Rule {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -25,7 +26,7 @@ struct Rule {
   bool identifier = false;               ///< for strings
   std::size_t at_most = 1000;            ///< elements of a list
 
-  std::string in_words() const;  ///< "> 0", "0 .. 1", "one of ..."; empty when everything goes
+  std::string in_words() const;  ///< "> 0", "0 .. 1", "one of ..."; empty without a condition
 };
 
 inline Rule any() {
@@ -49,7 +50,7 @@ inline Rule share_below_one() {
 inline Rule one_of(std::vector<std::string> names) {
   return {.one_of = std::move(names)};
 }
-/// The names of an enumeration.
+/// Returns the names of an enumeration.
 template <Named E>
 Rule names_of() {
   return one_of(all_names<E>());
@@ -68,7 +69,7 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, N
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, EvaluationWindow& field);
 
-/// One of the names that the rule allows: names_of<E>(), or some of them.
+/// Reads one of the names that the rule allows: names_of<E>(), or some of them.
 template <Named E>
 void read_value(const Toml& value, const std::string& where, const Rule& rule, E& field) {
   std::string name;
@@ -76,19 +77,19 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, E
   field = from_name<E>(name).value();
 }
 
-/// Full turn of an angle as it is written in an experiment: "2pi" with its quotes, or a number.
+/// Returns the full turn of an angle in the form of an experiment: "2pi" with its quotes, or a number.
 std::string show_wrap(double wrap);
 
-/// An angle's full turn: a number, "2pi" or "360deg".
+/// Reads the full turn of an angle: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
 
-/// A delay [s] >= 0, or "estimate", which sets `find`.
+/// Reads a delay [s] >= 0, or "estimate", which sets `find`.
 void read_delay(const Toml& value, const std::string& where, double& delay_s, bool& find);
 
-/// A list of full turns.
+/// Reads a list of full turns.
 void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field);
 
-/// { NAME = number or [low, high], ... }: the middle of a range is the parameter's value.
+/// Reads { NAME = number or [low, high], ... }. The value of a parameter with a range is the middle of the range.
 void read_parameters(const Toml& value, const std::string& where, std::vector<std::pair<std::string, double>>& values,
                      std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
 
@@ -96,10 +97,10 @@ void read_parameters(const Toml& value, const std::string& where, std::vector<st
 std::string show_parameters(const std::vector<std::pair<std::string, double>>& values,
                             const std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
 
-/// Throws unless it is a list of at most rule.at_most elements.
+/// Returns the elements of a list. Throws codegen::Error unless it is a list of at most rule.at_most elements.
 const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule);
 
-/// Cells of a log as a list: those that are numbers bare, words in quotes.
+/// Returns cells of a log as a list: numbers bare, words in quotes.
 std::string show_cells(const std::vector<std::string>& cells);
 
 template <class T>

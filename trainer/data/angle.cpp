@@ -13,7 +13,7 @@ double wrap_difference(double difference, double wrap) {
 
 Eigen::VectorXd unwrap(const Eigen::VectorXd& angle, double wrap) {
   Eigen::VectorXd result = angle;
-  // Whole turns are counted, not summed up as angles: thousands of flickers at +-pi leave no rounding behind.
+  // Whole turns are counted, not added up as angles, so that thousands of jumps at +-pi leave no rounding error.
   double turns = 0.0;
   for (Eigen::Index k = 1; k < angle.size(); ++k) {
     const double step = angle[k] - angle[k - 1];

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Takes numbers and marks from the front of a text; `failed` once one of them is not there.
+/// Reads numbers and characters from the front of a text. `failed` is set when an expected one is missing.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : text_(text) {}
@@ -26,7 +26,7 @@ class Scanner {
 
   void expect(std::string_view marks) { failed_ = !take(marks) || failed_; }
 
-  /// A whole number of `fewest` to `most` digits, at most `largest`.
+  /// Reads an integer of `fewest` to `most` digits, at most `largest`.
   int number(std::size_t fewest, std::size_t most, int largest) {
     std::size_t digits = 0;
     while (digits < text_.size() && digits < most && is_digit(text_[digits])) ++digits;
@@ -37,7 +37,7 @@ class Scanner {
     return value;
   }
 
-  /// Digits behind a point.
+  /// Reads the digits behind a point.
   double fraction() {
     std::string digits = "0.";
     for (; !text_.empty() && is_digit(text_.front()); text_.remove_prefix(1)) digits += text_.front();

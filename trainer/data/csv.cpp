@@ -38,7 +38,7 @@ std::vector<std::string> shown(const std::vector<std::string>& names) {
   return result;
 }
 
-/// Whether the cell says that there is no value: nothing, a dash, or a word for it in any case.
+/// Returns true if the cell has no value: it is empty, a dash, or a word for a missing value in any case.
 bool is_missing(std::string_view cell) {
   constexpr auto kWords = std::to_array<std::string_view>(
       {"", "-", "--", "na", "n/a", "#n/a", "null", "none", "nil", "1.#qnan", "1.#snan", "1.#ind"});
@@ -48,7 +48,7 @@ bool is_missing(std::string_view cell) {
     return std::find(kWords.begin(), kWords.end(), text) != kWords.end();
   };
   if (is_word(word)) return true;
-  std::string_view rest = word;  // some printf write -nan, and some nan(ind)
+  std::string_view rest = word;  // some versions of printf write -nan or nan(ind)
   if (rest[0] == '-' || rest[0] == '+') rest.remove_prefix(1);
   return is_word(rest) || (rest.starts_with("nan") && (rest.size() == 3 || rest[3] == '('));
 }
@@ -66,7 +66,7 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
   double number = 0.0;
   if (std::all_of(headings.begin(), headings.end(),
                   [&](const std::string& heading) { return !read_number(heading, '.', number); }))
-    throw Error(fmt::format("{}:{}: numbers stand where the headings of the columns are expected: {}", file, line,
+    throw Error(fmt::format("{}:{}: there are numbers where the headings of the columns are expected: {}", file, line,
                             comment.empty()
                                 ? std::string("write a header row above them")
                                 : fmt::format("is \"{}\" above them the header row? delete its #", shown(comment))));
@@ -88,7 +88,7 @@ void refuse_utf16(std::string_view text, const std::string& file) {
                   file, file));
 }
 
-/// MAT-files, bags of ROS and compressed files are not text.
+/// Refuses MAT-files, bags of ROS and compressed files, which are not text.
 void refuse_recording(std::string_view text, const std::string& file) {
   using namespace std::string_view_literals;
   constexpr const char* kConvert = "python3 -m nlo.convert writes it as CSV (bindings/python/README.md)";
@@ -143,7 +143,8 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   CsvTable table;
   table.file_ = std::move(file);
   table.format_ = format;
-  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');  // an old Mac's
+  // Line ends of an old Mac.
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
   table.text_ = std::make_shared<const std::string>(std::move(text));
   refuse_utf16(*table.text_, table.file_);
   refuse_recording(*table.text_, table.file_);
@@ -178,7 +179,7 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
     row.clear();
     records.next(row);
     if (row.size() == columns && (columns > 1 || !row.back().empty())) {
-      // A logger that starts again writes its headings again.
+      // A logger that is started again writes its headings again.
       if (std::ranges::equal(row, table.headings_)) continue;
       for (const std::string_view cell : row) table.cells_.push_back(table.place_in_text(cell, line));
       table.lines_.push_back(line);

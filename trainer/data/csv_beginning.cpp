@@ -46,7 +46,8 @@ bool has_numbers(const Record& record, char decimal) {
   return false;
 }
 
-/// Whether `at` and the two records behind it, or all to the end, are rows: a column has a number in all of them.
+/// Returns true if `at` and the two records behind it (or all to the end) are rows: one column has a number in all of
+/// them.
 bool begins_rows(const std::vector<Record>& records, std::size_t at, std::size_t columns, char decimal) {
   constexpr std::size_t kRows = 3;
   std::size_t end = at;
@@ -98,8 +99,8 @@ CsvBeginning find_beginning(CsvRecords records, char decimal) {
   const auto row_of_units = [&](std::size_t header) {
     return header + 2 <= rows && is_words(header + 1) && are_units(first[header + 1]);
   };
-  // The topmost words with nothing but records of that size down to the rows: words among the rows are wrong cells.
-  // Else the nearest words.
+  // Takes the topmost words from which all records down to the rows have that size, because words among the rows are
+  // wrong cells. Otherwise takes the nearest words.
   std::size_t header = rows, nearest = rows;
   for (std::size_t at = rows; at-- > begin.header;) {
     if (!is_words(at)) continue;
@@ -112,7 +113,7 @@ CsvBeginning find_beginning(CsvRecords records, char decimal) {
     if (!is_words(next) && std::all_of(from, to, is_row)) header = at;
   }
   if (nearest == rows) {
-    if (first[begin.header].size() != columns) begin.header = rows;  // it has none: the reader says so
+    if (first[begin.header].size() != columns) begin.header = rows;  // no header: the reader reports it
     return begin;
   }
   begin.header = header < rows ? header : nearest;

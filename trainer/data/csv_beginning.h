@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Finds the beginning of a file's table. Loggers and spreadsheets write lines about themselves above the headings, and
-// units below them.
+// Finds the beginning of the table in a file. Loggers and spreadsheets write lines about themselves above the headings,
+// and units below them.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,12 @@ struct CsvBeginning {
   std::vector<std::string_view> units;  ///< one for each heading, without brackets; empty: there is no such row
 };
 
-/// Finds the first rows of numbers that have as many cells as most records at the beginning of the file have, and the
-/// headings above them, a record of as many cells without a number. A record below the headings is the row of units if
-/// most of its cells are in the table of units. Where there are no such headings, the first record that is not blank is
-/// taken for them.
+/// Finds the first rows of numbers that have as many cells as most records at the beginning of the file, and the
+/// headings above them: a record of as many cells without a number. A record below the headings is the row of units if
+/// most of its cells are in the table of units. If there are no such headings, the first record that is not blank is
+/// used.
 ///   records  at the beginning of the file
-///   decimal  separates the decimals of a number
+///   decimal  decimal mark of numbers
 CsvBeginning find_beginning(CsvRecords records, char decimal);
 
 }  // namespace nlo::trainer

@@ -7,7 +7,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Cells of a line; separators within quotes do not count. ' ': any number of blanks separates.
+/// Returns the cells of a line; separators within quotes do not count. ' ': any number of blanks is one separator.
 std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   bool quoted = false;
@@ -35,7 +35,7 @@ std::vector<std::string_view> first_lines(std::string_view text) {
   return lines;
 }
 
-/// How many of the last lines have as many cells as the last one; 0: it has one cell.
+/// Returns the number of last lines that have as many cells as the last line; 0 if that has one cell.
 std::size_t table_lines(const std::vector<std::string_view>& lines, char separator) {
   if (lines.empty()) return 0;
   const std::size_t cells = cells_of(lines.back(), separator).size();
@@ -45,7 +45,7 @@ std::size_t table_lines(const std::vector<std::string_view>& lines, char separat
   return static_cast<std::size_t>(other - lines.rbegin());
 }
 
-/// "-1,5", "3,2e-4": digits on both sides of one comma.
+/// Returns true for cells such as "-1,5" and "3,2e-4": digits on both sides of one comma.
 bool has_decimal_comma(std::string_view cell) {
   const auto comma = cell.find(',');
   if (comma == std::string_view::npos || comma == 0 || comma + 1 == cell.size()) return false;
@@ -54,7 +54,7 @@ bool has_decimal_comma(std::string_view cell) {
          cell.find(',', comma + 1) == std::string_view::npos;
 }
 
-/// The decimals of the last `count` lines but the first of them; `otherwise` where they do not tell.
+/// Returns the decimal mark in the last `count` lines except the first of them; `otherwise` if they do not show it.
 char decimal_in(const std::vector<std::string_view>& lines, std::size_t count, char separator, char otherwise) {
   bool comma = false, point = false;
   for (std::size_t i = lines.size() - count + 1; i < lines.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a log separates its cells and its decimals, from its first lines.
+// Finds the separator and the decimal mark of a log from its first lines.
 #pragma once
 
 #include <string_view>
@@ -8,13 +8,14 @@
 
 namespace nlo::trainer {
 
-/// The first of ; tab , and blank that makes as many cells, two at least, of the most of the first lines, counted back
-/// from the last of them: a preamble stands above a table. Lines that are blank or comments do not count. The default
-/// format where none does. A decimal comma where the cells of numbers have one, and no point.
+/// Returns the first of ; tab , and blank with which the most lines have equally many cells, at least two. Lines are
+/// counted back from the last of the first lines, because a preamble is above a table. Blank lines and comments do not
+/// count. Returns the default format if there is no such separator. The decimal mark is a comma if the cells of numbers
+/// have one and no point.
 CsvFormat guess_csv_format(std::string_view text);
 
-/// `told`, unless the first lines make a longer table by another separator, or their decimals are others: one file of a
-/// fleet may come from another spreadsheet.
+/// Returns `told`, unless another separator makes a longer table of the first lines, or they have another decimal mark:
+/// one file of a fleet may come from another spreadsheet.
 CsvFormat format_in(std::string_view text, const CsvFormat& told);
 
 }  // namespace nlo::trainer

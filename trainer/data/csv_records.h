@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A text as records of cells: where the cells of each row are, before any of them is read (RFC 4180 quoting; LF or
-// CRLF; a byte order mark and lines that begin with # are let pass).
+// Splits a text into records of cells before any cell is read (RFC 4180 quoting; LF or CRLF). Skips a byte order mark
+// and lines that begin with #.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ inline std::string in_words(char separator) {
   }
 }
 
-/// Walks over the text one record (a line, unless a quoted cell spans several) at a time.
+/// Reads the text one record at a time (a line, unless a quoted cell spans several lines).
 class CsvRecords {
  public:
   CsvRecords(std::string_view text, std::string_view file, char separator)
@@ -43,7 +43,7 @@ class CsvRecords {
   std::string_view last_comment() const { return comment_; }
   bool rest_is_blank() const { return text_.find_first_not_of(" \t\r\n") == std::string_view::npos; }
 
-  /// Appends the cells of the next record and returns how many they are.
+  /// Appends the cells of the next record and returns their number.
   std::size_t next(std::vector<std::string_view>& cells) {
     std::size_t count = 0;
     skip_spaces();
@@ -53,7 +53,7 @@ class CsvRecords {
   }
 
  private:
-  /// Lines whose first mark is #.
+  /// Skips lines whose first character is #.
   void skip_comments() {
     while (true) {
       const std::size_t first = text_.find_first_not_of(" \t");
@@ -82,7 +82,7 @@ class CsvRecords {
     return end;
   }
 
-  /// Whether another cell of the record stands behind the one that ends at `end`.
+  /// Returns true if another cell of the record follows the one that ends at `end`.
   bool more_behind(std::size_t end) const {
     if (end >= text_.size() || !is_separator(text_[end])) return false;
     if (separator_ != ' ') return true;
@@ -90,7 +90,7 @@ class CsvRecords {
     return next != std::string_view::npos && text_[next] != '\n';
   }
 
-  /// Reads one cell and its separator; true when another one follows.
+  /// Reads one cell and its separator. Returns true if another cell follows.
   bool next_cell(std::vector<std::string_view>& cells) {
     const std::size_t first = text_.find_first_not_of(separator_ == '\t' ? " " : " \t");
     if (first != std::string_view::npos && text_[first] == '"') {
@@ -105,7 +105,8 @@ class CsvRecords {
     return step_over(end, more);
   }
 
-  /// A doubled quote inside stays doubled: numbers have none, and a heading may be asked for as it stands in the file.
+  /// Reads a quoted cell. A doubled quote inside stays doubled: numbers have none, and a heading is looked up as it is
+  /// in the file.
   bool next_quoted(std::vector<std::string_view>& cells) {
     const int opened = line_;
     std::size_t close = text_.find('"', 1);
@@ -126,7 +127,7 @@ class CsvRecords {
   }
 
   bool step_over(std::size_t end, bool more) {
-    if (!more) end = std::min(text_.find('\n', end), text_.size());  // spaces may separate it from the last cell
+    if (!more) end = std::min(text_.find('\n', end), text_.size());  // spaces may follow the last cell
     if (end < text_.size() && !more) ++line_;
     text_.remove_prefix(std::min(end + 1, text_.size()));
     if (more) skip_spaces();

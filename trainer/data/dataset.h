@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sampled trajectories of a plant, simulated or logged, for training and evaluation. No other part of the trainer
-// knows the origin of samples.
+// Sampled trajectories of a plant, simulated or logged, for training and evaluation. Other parts of the trainer do not
+// know where samples come from.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,71 +17,72 @@ namespace nlo::trainer {
 
 using codegen::Channel;
 
-/// One run of a plant, N samples. Angles (channels with a wrap) are unwrapped along the run: no jumps.
+/// One run of a plant, N samples. Angles (channels with a wrap) are unwrapped along the run.
 struct Trajectory {
   std::string source;       ///< a file name, or "simulation 17"
   Eigen::VectorXd time_s;   ///< N, strictly increasing, from the first sample; a lead-in (lead_in.h) has t < 0
-  Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
+  Eigen::MatrixXd outputs;  ///< n_y x N; noise-free in simulations, measured in logs
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
-  Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
-  /// Before it the latent state only settles (a dropped transient, a lead-in): no estimate is asked for there, in
-  /// training or in flight.
+  Eigen::VectorXd weight;   ///< N: 1 if the truth counts, 0 if it is masked (edges of a zero-phase filter)
+  /// Index of the first sample with an estimate. Before it the latent state only settles (a dropped transient, a
+  /// lead-in); neither training nor flight requires an estimate there.
   Eigen::Index first_estimate = 0;
-  Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
+  Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x), if the PDE residual needs it; else 0 x 0
   Eigen::MatrixXd inputs = {};       ///< n_u x N, excitation of the plant; 0 x 0 without inputs
-  /// n_y x N: whether a log has no measurement there (an empty cell): `outputs` then holds the last one.
-  /// 0 x 0: it has all.
+  /// n_y x N: true if the log has no measurement (an empty cell); `outputs` then holds the last one. 0 x 0: all are
+  /// measured.
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> missing = {};
-  std::string log = {};  ///< path of the log that it is a run of; gaps make several of one
+  std::string log = {};  ///< path of the log of this run; gaps split a log into several runs
 
   Eigen::Index samples() const { return time_s.size(); }
-  /// The outputs as an observer in flight is given them: NaN where they are missing.
+  /// Returns the outputs as an observer gets them in flight: NaN if they are missing.
   Eigen::MatrixXd measured() const {
     if (missing.size() == 0) return outputs;
     return missing.select(std::numeric_limits<double>::quiet_NaN(), outputs.array()).matrix();
   }
-  /// Every `every`-th sample from `first` on; time counts from there.
+  /// Returns every `every`-th sample from `first` on; time starts at 0 there.
   Trajectory from(Eigen::Index first, Eigen::Index every = 1) const;
 };
 
-/// Points of the state space with the plant's f and h there: where the PDE residual asks for them.
+/// Points of the state space with f and h of the plant, for the PDE residual.
 struct Collocation {
-  Eigen::MatrixXd x, f, h;  ///< n_x, n_x, n_y x count; 0 x 0 when nothing does
+  Eigen::MatrixXd x, f, h;  ///< n_x, n_x, n_y x count; 0 x 0 if they are not needed
 };
 
 struct Dataset {
   std::vector<Channel> outputs;
   std::vector<Channel> states;
   double sample_period_s = 0.0;  ///< nominal
-  bool uniform = true;           ///< every step is sample_period_s (simulations); else steps come from time_s (logs)
+  bool uniform = true;  ///< true: every step is sample_period_s (simulations); false: steps follow from time_s (logs)
   std::vector<Trajectory> trajectories;
   Collocation collocation = {};
-  codegen::DenseLayer input_field = {};  ///< g of a plant that a driven observer is trained for, as in codegen::Drive
-  std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
-  bool reads_inputs = false;             ///< the observer reads them beside the outputs
-  std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
-  Mirror mirror = {};                            ///< signs of readings() and states
-  double simulated_share = 0.0;  ///< share of a step's segments from simulated runs, which stand behind all others
+  codegen::DenseLayer input_field = {};          ///< g of the plant of a driven observer, as in codegen::Drive
+  std::vector<Channel> inputs = {};              ///< inputs; empty if the plant has none
+  bool reads_inputs = false;                     ///< true if the observer reads the inputs beside the outputs
+  std::vector<EncodedAngle> output_angles = {};  ///< angles among the outputs, in order; noise is added to the angle
+  Mirror mirror = {};                            ///< signs of readings() and states in a mirror image
+  double simulated_share = 0.0;  ///< share of a step's segments from simulated runs, which are the last trajectories
 
-  /// The inputs that the observer reads beside the outputs.
+  /// Returns the inputs that the observer reads beside the outputs.
   std::vector<Channel> inputs_read() const { return reads_inputs ? inputs : std::vector<Channel>{}; }
 
-  /// Readings of the latent system and T*: outputs, then the inputs that are read.
+  /// Returns the readings of the latent system and T*: outputs, then the inputs that are read.
   std::vector<Channel> readings() const {
     std::vector<Channel> both = outputs;
     if (reads_inputs) both.insert(both.end(), inputs.begin(), inputs.end());
     return both;
   }
 
-  /// How many quantities are measured: an angle as sine and cosine is one.
+  /// Returns the number of measured quantities: an angle as sine and cosine is one.
   std::size_t sensors() const {
     return static_cast<std::size_t>(codegen::measured_outputs(outputs)) - output_angles.size();
   }
 
-  /// The latest time stamp of all runs [s]; 0 without a sample.
+  /// Returns the latest time stamp of all runs [s]; 0 if there is no sample.
   double longest_s() const;
 
-  /// Computes outputs from the current values of other outputs and inputs; missing where one of them is.
+  /// Computes outputs from the current values of other outputs and inputs. An output is missing if one of them is
+  /// missing.
   void compute_outputs();
 };
 

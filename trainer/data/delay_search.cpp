@@ -19,8 +19,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kEarliest = -8.0;       // samples: an input may be logged after it acted
-constexpr double kLeastExplained = 0.3;  // share of the residual without u; below it the minimum is chance
-// Share of the variance. Above it something larger than u is left out, which u may follow in a closed loop.
+constexpr double kLeastExplained = 0.3;  // share of the residual without u; below it the minimum is random
+// Share of the variance. Above it the regression lacks a quantity larger than u, and u may depend on it in a closed
+// loop.
 constexpr double kMostUnexplained = 0.4;
 
 /// One regression: delta_m^r of quantity q.
@@ -31,7 +32,8 @@ struct Choice {
   Index width() const { return std::max(degree, 1) * stride; }
 };
 
-/// f(k) minus the mean of the values one width before and after. This removes slow parts from all terms alike.
+/// Returns f(k) minus the mean of the values one width before and one width after. This removes slow parts from all
+/// terms alike.
 template <class F>
 double passed(const Choice& choice, Index k, const F& f) {
   return f(k) - 0.5 * (f(k - choice.width()) + f(k + choice.width()));
@@ -79,7 +81,7 @@ class Regression {
   bool usable() const { return rows_ > 0 && variance_ > 0.0; }
   const Choice& choice() const { return choice_; }
 
-  /// The part of the held input j, d samples late, that the features do not explain.
+  /// Returns the part of the held input j, d samples late, that the features do not explain.
   VectorXd column(std::size_t j, double d) const {
     VectorXd values(rows_);
     Index row = 0;
@@ -92,17 +94,17 @@ class Regression {
     return without_basis(values);
   }
 
-  /// Residual as a share of the variance, with these columns.
+  /// Returns the residual with these columns, as a share of the variance.
   double residual(const std::vector<VectorXd>& columns) const {
     return (target_ - fit(columns, target_).prediction).squaredNorm() / variance_;
   }
 
-  /// Standard deviation of the delay of input j at the minimum [samples]: the error of its score, whose neighbours are
-  /// correlated (Newey and West), over the curvature. `slope`: d column(j) / d delay.
+  /// Returns the standard deviation of the delay of input j at the minimum [samples]: the error of its score (Newey and
+  /// West, because neighbouring residuals are correlated) divided by the curvature. `slope`: d column(j) / d delay.
   double deviation(const std::vector<VectorXd>& columns, std::size_t j, const VectorXd& slope) const {
     const Fit best = fit(columns, target_);
     VectorXd direction = slope * best.weights[static_cast<Index>(j)];
-    direction -= fit(columns, direction).prediction;  // the part that another weight explains as well
+    direction -= fit(columns, direction).prediction;  // removes the part that another weight explains, too
     const VectorXd score = (target_ - best.prediction).cwiseProduct(direction);
     const Index lags = std::min<Index>(8 * choice_.width() + 40, rows_ / 4);
     double sum = score.squaredNorm();
@@ -132,10 +134,11 @@ class Regression {
     return {weights.cwiseQuotient(norms), u * weights};
   }
 
-  /// Features of each quantity: its level, its square, and its change over the width; for an angle its sine and cosine.
+  /// Returns a feature of a quantity: its level, its square, or its change over the width; for an angle its sine or
+  /// cosine.
   double feature(const DelayRun& run, const std::vector<double>& angles, Index k, Index index) const {
     const Index q = index / 3, w = choice_.width();
-    if (choice_.degree == 0) return 0.0;  // the quantity is u itself, and nothing else
+    if (choice_.degree == 0) return 0.0;  // the quantity is u itself
     if (index % 3 == 2) return choice_.degree == 2 ? run.measured(q, k + w) - run.measured(q, k) : 0.0;
     const double level = 0.5 * (run.measured(q, k + w / 2) + run.measured(q, k + (w + 1) / 2));
     const double turn = angles[static_cast<std::size_t>(q)];
@@ -160,12 +163,12 @@ class Regression {
   double variance_ = 0.0;
 };
 
-/// The best delays of one choice: by coordinate descent over whole samples, then quarters, then a parabola.
+/// The best delays of one choice: coordinate descent over whole samples, then over quarters, then a parabola.
 class Search {
  public:
   Search(const Regression& regression, const std::vector<double>& known, double longest)
       : regression_(regression), known_(known), longest_(longest), delays_(known.size()), columns_(known.size()) {
-    std::vector<double> common;  // all unknown delays equal: a start that is near for all of them
+    std::vector<double> common;  // start with all unknown delays equal, which is near for all of them
     for (double d = kEarliest; d <= longest_; d += 1.0) {
       set_unknown(d);
       common.push_back(regression_.residual(columns_));
@@ -179,7 +182,7 @@ class Search {
         if (std::isnan(known_[j])) scan(j, delays_[j] - 1.0, delays_[j] + 1.0, 0.25);
   }
 
-  /// One for each input; known delays are kept.
+  /// Returns one delay for each input; known delays are not changed.
   std::vector<FoundDelay> all() const {
     std::vector<VectorXd> undelayed = columns_;
     for (std::size_t j = 0; j < known_.size(); ++j)
@@ -256,13 +259,13 @@ std::vector<FoundDelay> find_delays(const std::vector<DelayRun>& runs, const std
   for (FoundDelay& found : best) found.deviation = std::numeric_limits<double>::infinity();
   for (Index q = 0; q < static_cast<Index>(angles.size()); ++q)
     for (const int degree : {0, 1, 2}) {
-      std::vector<FoundDelay> finer;  // with half the stride
+      std::vector<FoundDelay> finer;  // delays found with half the stride
       for (const int stride : {1, 2, 4, 8, 16, 32, 64}) {
         const Regression regression(runs, angles, inputs, {q, degree, stride}, longest);
         if (!regression.usable()) break;
         std::vector<FoundDelay> found = Search(regression, known, longest).all();
         for (std::size_t j = 0; j < finer.size(); ++j) {
-          // A regression that leaves something out finds another delay with each stride.
+          // A regression that lacks a quantity finds another delay with each stride.
           finer[j].deviation = std::hypot(finer[j].deviation, found[j].samples - finer[j].samples);
           if (finer[j].deviation < best[j].deviation) best[j] = finer[j];
         }

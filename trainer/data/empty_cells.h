@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-/// Rows of `run`, from its first, whose cell under `heading` is empty; they increase.
+/// Returns the rows of `run`, counted from its first, whose cell under `heading` is empty. They increase.
 std::vector<Eigen::Index> empty_rows(const LogFile& log, const LogRun& run, const std::string& heading);
 
 /// Calls visit(first, last) for each stretch of neighbouring rows; `rows` increase.
@@ -25,14 +25,14 @@ void for_each_stretch(const std::vector<Eigen::Index>& rows, const Visit& visit)
   }
 }
 
-/// Replaces the values of `rows` by straight lines between those around them; at an end of the run the next one is
-/// held. A run without a value stays.
+/// Replaces the values of `rows` by straight lines between the values around them. At an end of the run the nearest
+/// value is held. A run without a value is not changed.
 void draw_lines(const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& time_s, Eigen::VectorXd& values);
 
-/// Cells of a column that hold no value, over several files.
+/// Empty cells of a column over several files.
 struct EmptyCells {
   Eigen::Index rows = 0, empty = 0;
-  double longest_s = 0.0;  ///< stretch without a value
+  double longest_s = 0.0;  ///< longest time without a value
   std::string worst;       ///< the file with the largest share
   double worst_share = 0.0;
   bool output = false, state = false, input = false;  ///< roles of the column
@@ -41,15 +41,15 @@ struct EmptyCells {
   Eigen::Index due = 0, lost = 0;  ///< expected and missing samples of a slow output
 };
 
-/// Returns the mean number of rows from one value of a column to the next, if it is 2 at least and nine of ten are
-/// within a quarter of their median; the others do not count. Else 0. `empty`: rows without a value; they increase.
+/// Returns the mean number of rows between two values of a column, if it is at least 2 and nine of ten spacings are
+/// within a quarter of their median (the others do not count). Otherwise 0. `empty`: rows without a value, increasing.
 Eigen::Index regular_spacing(const std::vector<Eigen::Index>& empty, Eigen::Index rows);
 
 /// Adds the columns of `schema` in one more file. Once a column has empty cells, its rows in all files count.
 void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,
                        std::map<std::string, EmptyCells>& cells);
 
-/// One note for each column with empty cells: how many, the longest stretch, and their replacement.
+/// Adds one note for each column with empty cells: their number, the longest stretch, and their replacement.
 void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vector<std::string>& notes);
 
 }  // namespace nlo::trainer

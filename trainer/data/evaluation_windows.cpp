@@ -11,10 +11,10 @@
 namespace nlo::trainer {
 namespace {
 
-/// To two digits, downwards: a window that must fit into the horizon still does.
+/// Rounds down to two digits, so that a window that must fit into the horizon still does.
 double two_digits(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
-  // 16 / 0.1 may read 159.99...: a whole number of units up to rounding stays.
+  // 16 / 0.1 may give 159.99...; a whole number of units up to rounding is kept.
   const double units = std::floor(value / unit * (1.0 + 1e-9));
   return unit < 1.0 ? units / std::round(1.0 / unit) : units * unit;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Integrals over time of an input that is known at samples and held between them: exact at any time.
+// Integrals over time of an input that is known at samples and held between them. They are exact at any time.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// r-fold integral of a held input, in sample periods: known at all times from values at samples.
+/// r-fold integral of a held input, in sample periods. It is known at all times from the values at samples.
 class HeldIntegral {
  public:
   HeldIntegral(const Eigen::VectorXd& u, Hold hold)
@@ -22,7 +22,7 @@ class HeldIntegral {
     }
   }
 
-  /// At time t [samples]; before the first and after the last sample the input stays as it is there.
+  /// Returns the integral at time t [samples]. Before the first and after the last sample the input keeps its value.
   double at(double t, int order) const {
     const auto last = static_cast<double>(u_.size() - 2);
     const double whole = std::clamp(std::floor(t), 0.0, last), rest = t - whole;
@@ -32,7 +32,7 @@ class HeldIntegral {
   }
 
  private:
-  /// From sample k over c samples. zero_order: u(k + 1) has acted since sample k.
+  /// Integrates from sample k over c samples. zero_order: u(k + 1) has acted since sample k.
   double part(Eigen::Index k, double c, int order) const {
     const double from = u_[k], to = u_[k + 1];
     if (hold_ == Hold::kZeroOrder) return order == 1 ? c * to : 0.5 * c * c * to;

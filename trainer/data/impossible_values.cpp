@@ -28,7 +28,7 @@ bool is_among(const std::array<double, N>& values, double value) {
   return std::ranges::find(values, value) != values.end();
 }
 
-/// -99, -999.9, -9999: loggers write them for "no value", and sensors hardly reach them.
+/// Returns true for -99, -999.9, -9999: loggers write them for "no value", and sensors hardly reach them.
 bool is_nines(double value) {
   constexpr auto kNines = std::to_array<double>({-99, -999, -9999, -99999, -999999, -9999999});
   for (const double scale : {1.0, 10.0, 100.0, 1000.0})
@@ -37,8 +37,8 @@ bool is_nines(double value) {
   return false;
 }
 
-/// Whether `value` is the end of the range of a converter or of an integer of 16 or 32 bits, the latter also in tenths
-/// to thousandths; or a number such as 9999.
+/// Returns true if `value` is the end of the range of a converter or of an integer of 16 or 32 bits (the latter also in
+/// tenths to thousandths), or a number such as 9999.
 bool is_end(double value) {
   constexpr auto kEnds = std::to_array<double>({999, 9999, 99999, 999999, 1023, 2047, 4095, 8191, 16383, -2048, -8192});
   constexpr auto kIntegers =
@@ -81,7 +81,7 @@ Ends ends_of(const std::vector<VectorXd>& signals, const std::vector<double>& wi
 
 /// Occurrences of one value.
 struct Occurrences {
-  Index count = 0, stretches = 0, longest = 0;  ///< longest: rows of a stretch
+  Index count = 0, stretches = 0, longest = 0;  ///< longest: rows of the longest stretch
 
   bool are_brief() const { return longest <= kOutlierRows; }
 };
@@ -100,7 +100,7 @@ Occurrences occurrences_of(const std::vector<VectorXd>& signals, double value) {
   return found;
 }
 
-/// A valve that is open or shut has few values.
+/// Returns true if a column has many values. A valve that is open or shut has few.
 bool has_many_values(const std::vector<VectorXd>& signals, const std::vector<double>& without) {
   constexpr std::size_t kMany = 20;
   std::set<double> seen;
@@ -110,16 +110,16 @@ bool has_many_values(const std::vector<VectorXd>& signals, const std::vector<dou
   return seen.size() == kMany;
 }
 
-/// Judges the outermost value of a column, without those that were found before.
+/// Judges the outermost value of a column without the values that were found before.
 class Judge {
  public:
   Judge(const std::vector<VectorXd>& signals, bool is_command) : signals_(signals), is_command_(is_command) {
     for_each_value(signals, {}, [this](double) { ++all_; });
   }
 
-  /// `next`: its neighbour among the values; `other_end`: the value at the other end.
+  /// Returns true if `value` is impossible. `next`: the next value; `other_end`: the value at the other end.
   bool is_impossible(const std::vector<double>& found, double value, double next, double other_end) const {
-    if (!std::isfinite(next)) return false;  // there is no other
+    if (!std::isfinite(next)) return false;  // there is no other value
     if (std::abs(value) > kHuge) return true;
     constexpr double kFar = 0.3, kVeryFar = 3.0, kRare = 0.2, kVeryRare = 0.05;
     constexpr Index kPlaces = 3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Numbers that a logger writes where it has no reading: -9999, 65535, the largest float. One such sample in a hundred
-// ruins a training.
+// Finds numbers that a logger writes in place of a missing reading: -9999, 65535, the largest float. One such sample in
+// a hundred ruins a training.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,28 +14,28 @@
 namespace nlo::trainer {
 
 struct ImpossibleValues {
-  std::vector<double> values;    ///< the most frequent first; empty: none
-  Eigen::Index count = 0;        ///< samples that have one of them
-  Eigen::Index all = 0;          ///< samples in all
+  std::vector<double> values;    ///< most frequent first; empty: none
+  Eigen::Index count = 0;        ///< number of samples that have one of them
+  Eigen::Index all = 0;          ///< number of all samples
   std::size_t file = 0;          ///< file of the first of them
-  Eigen::Index row = 0;          ///< the same
+  Eigen::Index row = 0;          ///< row of the first of them
   double low = 0.0, high = 0.0;  ///< range of the other samples
 };
 
-/// Finds the values of a column that are isolated: they lie far outside of all other samples, and there is nothing in
-/// between. `range` is that of the others, `brief` means at most 5 rows in a row.
+/// Finds the isolated values of a column: they are far outside of all other samples, with nothing in between. `range`
+/// is the range of the others; `brief` means at most 5 rows in a row.
 ///   beyond 1e30                                      always
-///   -99, -999, -9999, ... (nines)                    farther than 0.3 range; where few values occur, than 3 ranges
+///   -99, -999, -9999, ... (nines)                    farther than 0.3 range; if there are few values, than 3 ranges
 ///   ends of converters and of integers, 999, 9999    brief and farther than 0.3 range, or rare and than 3 ranges
 ///   any other value, unless the column is a command  brief, rare, at three places, farther than 3 ranges
-/// Returns none where half of the samples or more would be impossible. `signals`: the column in each log; NaN does not
+/// Returns none if half of the samples or more would be impossible. `signals`: the column in each log; NaN does not
 /// count.
 ImpossibleValues impossible_values(const std::vector<Eigen::VectorXd>& signals, bool is_command);
 
-/// FILE:LINE: "HEADING" is -9999 there and in 1 % of its rows, -3 to 3 elsewhere.
+/// Returns a text: FILE:LINE: "HEADING" is -9999 there and in 1 % of its rows, -3 to 3 elsewhere.
 std::string to_text(const ImpossibleValues& found, const std::string& heading, const std::string& file, int line);
 
-/// The values as the key `missing` takes them.
+/// Returns the values in the form of the key `missing`.
 std::vector<std::string> as_cells(const ImpossibleValues& found);
 
 /// Adds a note for each output, input and state that has such values, with the key that makes them missing. Returns the

@@ -25,14 +25,14 @@ constexpr double kNotApplicable = std::numeric_limits<double>::quiet_NaN();
 constexpr int kHighestDegree = 3;
 constexpr std::array kWindows = {2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48};
 
-/// The measured quantity that a state comes from, as one unwrapped signal.
+/// Returns the measured quantity of a state as one unwrapped signal.
 VectorXd measured_signal(const StateSource& source, const Trajectory& run) {
   const VectorXd output = run.outputs.row(source.output);
   if (source.cosine < 0) return source.wrap > 0.0 ? unwrap(output, source.wrap) : output;
   return unwrap(angle_of(output, run.outputs.row(source.cosine), source.wrap), source.wrap);
 }
 
-/// At every `stride`-th sample of the measured quantity.
+/// Estimates a state at every `stride`-th sample of the measured quantity.
 VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& polynomial, const VectorXd& time_s,
                         const VectorXd& signal, Index stride = 1) {
   const int derivative = source.kind == StateKind::kDerivativeOfMeasured ? 1 : 0;
@@ -42,8 +42,8 @@ VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& pol
   return estimate;
 }
 
-/// Every so many samples of a long log are enough to choose by: 48 candidates for two velocities over 10^6 samples took
-/// 20 s.
+/// Returns the spacing of samples that is enough to choose on a long log: 48 candidates for two velocities over 10^6
+/// samples took 20 s.
 Index stride_of(const Dataset& training) {
   constexpr Index kEnough = 20000;
   Index samples = 0;
@@ -82,7 +82,7 @@ EndPointPolynomial best_polynomial(const Dataset& training, int state, const Sta
   return best;
 }
 
-/// best_sensor() of a state on the logs.
+/// Returns the best_sensor() of a state on the logs.
 int sensor_of(const Dataset& training, int state) {
   const Channel& wanted = training.states[static_cast<std::size_t>(state)];
   const auto error_of = [&](const auto& estimate) {
@@ -119,7 +119,7 @@ VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative
       estimate[at] = 0.0;
       continue;
     }
-    // Time runs from -1 to 0 over the window and the newest measurement is zero: the normal equations stay well
+    // Time runs from -1 to 0 over the window and the newest measurement is zero, so that the normal equations are well
     // conditioned at these degrees.
     const double span_s = n > 1 ? time_s[k] - time_s[k - n + 1] : 1.0;
     const auto t = (time_s.segment(k - n + 1, n).array() - time_s[k]) / span_s;
@@ -144,7 +144,7 @@ VectorXd mean_states(const Dataset& dataset) {
       const VectorXd sines = wrap > 0.0 ? sine_of(state, wrap) : state;
       const VectorXd cosines = wrap > 0.0 ? cosine_of(state, wrap) : state;
       for (Index k = 0; k < run.samples(); ++k) {
-        if (run.weight[k] <= 0.0) continue;  // masked truth may be anything
+        if (run.weight[k] <= 0.0) continue;  // masked truth may have any value
         sum += run.weight[k] * state[k];
         sine += run.weight[k] * sines[k];
         cosine += run.weight[k] * cosines[k];

@@ -24,16 +24,16 @@ using Notes = std::vector<std::string>;
 
 constexpr double kTurnRad = 2.0 * std::numbers::pi, kTurnDeg = 360.0;
 
-/// Two columns are copies when a line through one leaves less than this share of the other's deviation: printing with
-/// three or more digits does, a second sensor of the same quantity does not.
+/// Two columns are copies if a line through one explains the other up to this share of its deviation. That holds for
+/// numbers printed with three or more digits, and not for a second sensor of the same quantity.
 constexpr double kCopy = 1e-3;
 
 /// Range of a column over all logs.
 struct Spread {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   Index steps = 0;
-  Index jumps_rad = 0, jumps_deg = 0;  ///< steps of nearly 2 pi, of nearly 360
-  Index crossings = 0;                 ///< steps of more than half a wrap
+  Index jumps_rad = 0, jumps_deg = 0;  ///< number of steps near 2 pi and near 360
+  Index crossings = 0;                 ///< number of steps of more than half a wrap
   double largest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
@@ -63,7 +63,7 @@ void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) 
                   column.heading, spread.low));
 }
 
-/// True when it found something: the wrap is then as doubtful as the unit.
+/// Returns true if it added a note: then the wrap is as doubtful as the unit.
 bool note_unit(const LogColumn& column, const Spread& spread, Notes& notes) {
   const char* mend = column.wrap > 0.0 ? "unit and wrap" : "unit";
   // Two turns either way in rad, and the range of one turn in degrees.
@@ -93,7 +93,8 @@ void note_wrap(const LogColumn& column, const Spread& spread, Notes& notes) {
                     "can turn further, leave its wrap out: an observer of a plain output has more features "
                     "to choose from",
                     column.heading, spread.low, spread.high));
-  // Half a turn in each step crosses in every second one; a third in every third, where unwrapping becomes a guess.
+  // Half a turn per step crosses the wrap in every second step; a third of a turn in every third, where unwrapping
+  // becomes a guess.
   if (3 * spread.crossings > spread.steps)
     notes.push_back(
         fmt::format("\"{}\" crosses its wrap in {:.0f} % of the steps: its full turn is not {:.4g}, or it "
@@ -122,7 +123,7 @@ Line line_through(const std::string& a, const std::string& b, const std::vector<
     ab += (x * y).sum();
     bb += y.square().sum();
   }
-  if (!(aa > 0.0 && bb > 0.0)) return {};  // a constant: noted as such
+  if (!(aa > 0.0 && bb > 0.0)) return {};  // constant columns have a note of their own
   const double slope = ab / aa;
   return {slope, mean_b - slope * mean_a, std::sqrt(std::max(0.0, 1.0 - slope * ab / bb))};
 }
@@ -144,7 +145,7 @@ void note_copies(const std::vector<std::string>& headings, const std::vector<Log
 }  // namespace
 
 std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, const std::vector<LogFile>& logs) {
-  constexpr double kBeyond = 1e11;  // s: the year 5138, or as long a log
+  constexpr double kBeyond = 1e11;  // s: the year 5138, or a log of that length
   constexpr Index kManyRows = 200;
   if (schema.time_heading.empty() || logs.empty()) return "";
   static constexpr std::array<std::pair<const char*, double>, 3> kFiner = {{{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};

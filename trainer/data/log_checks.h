@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Finds frequent mistakes in the table of columns from the numbers: a dead or doubled sensor, degrees called rad, a
-// wrong wrap, a logged velocity that is no truth. Each finding is a note with its remedy.
+// wrong wrap, a logged velocity that is not the truth. Each finding is a note with its remedy.
 #pragma once
 
 #include <string>
@@ -14,22 +14,22 @@ namespace nlo::trainer {
 /// Steps of a column, over the runs of one file.
 struct SuspiciousSteps {
   const LogColumn* column = nullptr;
-  Eigen::Index wide = 0;  ///< by more than a third of a turn, of an angle with a wrap
+  Eigen::Index wide = 0;  ///< number of steps of more than a third of a turn, for an angle with a wrap
 };
 
-/// Adds the steps of `values`, which are of one run, unwrapped.
+/// Adds the steps of `values`, one unwrapped run.
 void count_suspicious_steps(const LogColumn& column, const Eigen::VectorXd& values,
                             std::vector<SuspiciousSteps>& found);
 
-/// An angle that turns too fast to be unwrapped.
+/// Adds a note for an angle that turns too fast to be unwrapped.
 void note_suspicious_steps(const std::vector<SuspiciousSteps>& found, const std::string& file,
                            std::vector<std::string>& notes);
 
-/// Stamps that are read as seconds for want of a unit, and would be a log of a second or more per row, over hundreds of
-/// rows; or stamps that lie beyond the year 5000: a unit that fits better. Empty where nothing is to be said.
+/// Returns a better unit for time stamps that are read as seconds because no unit is given, if the log would then have
+/// a second or more per row over hundreds of rows, or if stamps are beyond the year 5000. Empty if there is no doubt.
 std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, const std::vector<LogFile>& logs);
 
-/// Looks at all logs together: a column may well rest in one of them.
+/// Checks all logs together, because a column may be constant in one of them.
 void note_suspicious_columns(const LogSchema& schema, const std::vector<LogFile>& logs,
                              std::vector<std::string>& notes);
 

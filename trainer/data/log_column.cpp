@@ -11,13 +11,13 @@
 namespace nlo::trainer {
 namespace {
 
-/// From the cells to the column's unit: scale and offset, then from file_unit to unit.
+/// Returns the conversion from cells to the unit of the column: scale and offset, then file_unit to unit.
 Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.scale == 0.0) fail_at(column, all, "scale = 0 makes every value the same: expected another number");
   Conversion units;
   if (!column.file_unit.empty() && column.unit.empty())
     fail_at(column, all,
-            fmt::format("file_unit = \"{}\" and no unit: give the unit that it is wanted in", column.file_unit));
+            fmt::format("file_unit = \"{}\" and no unit: also give unit, to which it is converted", column.file_unit));
   switch (compare_units(column.file_unit, column.unit, units)) {
     case UnitsAre::kTheSame:
     case UnitsAre::kConvertible:
@@ -28,21 +28,22 @@ Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnCon
                           with_kind(column.file_unit), with_kind(column.unit)));
     case UnitsAre::kUnknown:
       fail_at(column, all,
-              fmt::format(
-                  "file_unit = {} cannot become unit = {}: the table of units has not both; write scale and offset in "
-                  "place of file_unit (value = scale * cell + offset)",
-                  with_kind(column.file_unit), with_kind(column.unit)));
+              fmt::format("file_unit = {} cannot become unit = {}: the table of units does not have both; write scale "
+                          "and offset in "
+                          "place of file_unit (value = scale * cell + offset)",
+                          with_kind(column.file_unit), with_kind(column.unit)));
   }
   if (column.scale == 1.0 && column.offset == 0.0) return units;
   return {units.scale * column.scale, units(column.offset)};
 }
 
-/// Factor from the velocity of `source`, in its unit per second, to the unit of `column`.
+/// Returns the factor from the velocity of `source`, in its unit per second, to the unit of `column`.
 double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std::vector<ColumnConfig>& all) {
   if (column.scale != 1.0 || column.offset != 0.0)
     fail_at(
         column, all,
-        fmt::format("scale and offset are of cells: give them to \"{}\", which it is the derivative of", source.name));
+        fmt::format("scale and offset are for columns with cells: set them at \"{}\", of which this is the derivative",
+                    source.name));
   if (!column.file_unit.empty()) return conversion_of(column, all).scale;
   const Unit *from = find_unit(source.unit), *to = find_unit(column.unit);
   if (from == nullptr || to == nullptr) return 1.0;
@@ -55,7 +56,7 @@ double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std
   return from->scale == to->scale ? 1.0 : from->scale / to->scale;
 }
 
-/// The listed column that `name` means: by its name here, else by its heading.
+/// Returns the listed column called `name`: by its name in the experiment, otherwise by its heading.
 const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   const std::string& wanted = column.derivative_of;
   std::vector<std::string> names;
@@ -93,17 +94,17 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
             "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
   if ((column.delay_s > 0.0 || column.find_delay) && column.role != ColumnRole::kInput)
     fail_at(column, all,
-            "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
+            "delay_s is for columns with role \"input\": remove it, or shift the column itself where a sensor is late");
   if (column.period_s > 0.0 && column.role != ColumnRole::kOutput)
-    fail_at(column, all, "period_s is of columns with role \"output\": remove it; other columns may have empty cells");
+    fail_at(column, all, "period_s is for columns with role \"output\": remove it; other columns may have empty cells");
   resolved.delay_s = column.delay_s;
   resolved.period_s = column.period_s;
   resolved.missing = column.missing;
   if (column.role == ColumnRole::kTime && !column.missing.empty())
-    fail_at(column, all, "missing is not of the time, whose wrong stamps are left out: remove it");
+    fail_at(column, all, "missing is not for the time column, whose wrong stamps are left out anyway: remove it");
   if (column.derivative_of.empty()) {
     if (column.role == ColumnRole::kTime && (column.scale != 1.0 || column.offset != 0.0 || !column.file_unit.empty()))
-      fail_at(column, all, "scale, offset and file_unit are not of the time: its unit says what its numbers are");
+      fail_at(column, all, "scale, offset and file_unit are not for the time column: set its unit");
     const Conversion cells = conversion_of(column, all);
     resolved.scale = cells.scale;
     resolved.offset = cells.offset;

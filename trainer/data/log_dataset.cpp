@@ -28,8 +28,8 @@ bool is_under(const std::vector<std::string>& headings, const LogColumn& column)
   return std::ranges::find(headings, column.heading) != headings.end();
 }
 
-/// A run that is too short is dropped and noted; a log without a gap, or with no run left, is an error. `impossible`:
-/// headings of columns whose steps are not judged.
+/// Loads the runs of a log. A run that is too short is dropped with a note; a log without a gap that is too short, or
+/// with no run left, is an error. `impossible`: headings of columns whose steps are not checked.
 void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& log, const std::vector<LogRun>& runs,
                const std::vector<std::string>& impossible, Dataset& data, LogReport& report) {
   std::string first_dropped, why;
@@ -85,7 +85,7 @@ void thin(Index every, Index phases, Dataset& data) {
   data.sample_period_s *= static_cast<double>(every);
 }
 
-/// The columns of the file that are not under `headings`, to be checked further. Notes on a column with impossible
+/// Returns the columns of the file that are not under `headings`, for further checks. Notes on a column with impossible
 /// values would only follow from these values.
 LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   for (auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
@@ -93,7 +93,7 @@ LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   return schema;
 }
 
-/// Throws Error where an output is said to be slow and is not.
+/// Throws Error if an output is declared slow but is not.
 void check_periods(const LogSchema& schema, double sample_period_s) {
   for (const LogColumn& output : schema.outputs)
     if (output.period_s > 0.0 && output.period_s < codegen::kShortestOutputPeriod * sample_period_s)
@@ -103,8 +103,8 @@ void check_periods(const LogSchema& schema, double sample_period_s) {
           output.name, output.period_s, sample_period_s));
 }
 
-/// Loads files that exist, and adds findings to `report`. `decides`: these logs decide the notes on columns.
-/// `all_phases`: with every = n, n runs of each log in place of one, so that no row is lost.
+/// Loads files that exist, and adds findings to `report`. `decides`: the notes on columns come from these logs.
+/// `all_phases`: with every = n, each log becomes n runs, so that no row is lost.
 Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
              bool all_phases, LogReport& report) {
   for (const ColumnConfig& column : config.columns)
@@ -113,7 +113,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
           fmt::format("[[log.columns]] \"{}\": delay_s = \"estimate\" is for nlo train and nlo crossvalidate; "
                       "write the delay in seconds here",
                       column.name));
-  config.sample_period_s /= config.every;  // from here on that of the rows
+  config.sample_period_s /= config.every;  // from here on the period of the rows
   std::vector<LogFile> logs;
   for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));
   Dataset data;
@@ -152,7 +152,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
     note_suspicious_columns(possible, logs, report.notes);
     note_logged_velocities(possible, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
   }
-  // One run as it is stamped decides for all: their steps share a table.
+  // One irregular run makes all irregular, because their steps share a table.
   if (!data.uniform)
     for (TimeStampReport& file : report.files) file.nominal = false;
   thin(config.every, all_phases ? config.every : 1, data);

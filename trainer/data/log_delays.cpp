@@ -25,7 +25,7 @@ using Eigen::VectorXd;
 constexpr double kLongest = 32.0;    // rows of a log; a delay is a few
 constexpr double kSureEnough = 0.5;  // largest standard deviation of a found delay, in rows
 
-/// Values at the times wanted, which increase, by straight lines; beyond the ends the first and the last.
+/// Returns values at the increasing times wanted_s, by straight lines; beyond the ends the first and the last value.
 VectorXd interpolated(const VectorXd& time_s, const VectorXd& values, const VectorXd& wanted_s) {
   VectorXd result(wanted_s.size());
   Index k = 0;
@@ -38,7 +38,7 @@ VectorXd interpolated(const VectorXd& time_s, const VectorXd& values, const Vect
   return result;
 }
 
-/// The measured columns of a log, each once: outputs and states as they are in the file, with angles to unwrap.
+/// Returns the measured columns of a log, each once: outputs and states of the file, with angles to unwrap.
 std::vector<LogColumn> measured_columns(const LogSchema& schema) {
   std::vector<LogColumn> columns;
   for (const auto* all : {&schema.outputs, &schema.states})
@@ -48,7 +48,7 @@ std::vector<LogColumn> measured_columns(const LogSchema& schema) {
   return columns;
 }
 
-/// The run on an even grid: stamps of real logs jitter, and the search counts in samples.
+/// Returns the run on an even grid, because stamps of real logs jitter and the search counts in samples.
 DelayRun on_grid(const LogFile& log, const LogRun& run, double period_s, const std::vector<LogColumn>& measured,
                  const std::vector<LogColumn>& inputs) {
   const auto samples = static_cast<Index>(std::floor(run.time_s[run.rows - 1] / period_s)) + 1;
@@ -91,7 +91,8 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
          split_at_gaps(log, config.max_gap_s > 0.0 ? config.max_gap_s : kGapPeriods * period_s, notes))
       runs.push_back(on_grid(log, run, period_s, measured, schema.inputs));
 
-  // With every n-th row, a command is given as if it had acted over n rows: half of the others' time earlier.
+  // If every n-th row is used, a command counts as if it had acted over n rows, which is earlier by half the time of
+  // the other rows.
   const double earlier = input_hold == Hold::kZeroOrder ? 0.5 * (config.every - 1) : 0.0;
   std::vector<double> angles, known;
   for (const LogColumn& column : measured) angles.push_back(column.wrap);
@@ -117,7 +118,7 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
                       "{:.4g} s fit best); write it in seconds, or leave it out",
                       columns[j]->name, found[j].samples, found[j].deviation, period_s));
     columns[j]->find_delay = false;
-    // Four digits: the experiment's text has them, and another machine's rounding does not show.
+    // Four digits, which the text of the experiment keeps and which hide the rounding of other machines.
     columns[j]->delay_s = std::stod(fmt::format("{:.4g}", std::max(found[j].samples + earlier, 0.0) * period_s));
     result.push_back({columns[j]->name, columns[j]->delay_s, period_s * config.every, found[j]});
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Inputs that act later than their column says: [[log.columns]] delay_s. What is read of a log is u as it acts,
+// Inputs that act later than their column says: [[log.columns]] delay_s. The log reader converts u to the acting input,
 //   u_acting(t) = u(t - delay_s)
-// by straight lines between samples; the first value holds before the first sample of a run. A command that is held
-// over a period and comes late by a part of it has just this mean over each period.
+// by straight lines between samples. Before the first sample of a run the first value holds. For a command that is held
+// over a period and late by a part of it, this is its mean over each period.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// The column `delay_s` later; time_s and values of N samples.
+/// Returns the column `delay_s` later; time_s and values have N samples.
 Eigen::VectorXd delayed(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double delay_s);
 
 struct LogDelay {
@@ -26,18 +26,19 @@ struct LogDelay {
   double samples() const { return delay_s / sample_period_s; }
 };
 
-/// Finds the delay of each column that asks for it (find_delay) in the training logs, and writes it into the column.
-/// An input that acts earlier than its column says gets the delay 0. Without such columns no log is read.
+/// Finds the delay of each column with find_delay in the training logs, and writes it into the column. An input that
+/// acts earlier than its column says gets the delay 0. Without such columns no log is read.
 ///   directory   folder of the logs
-///   input_hold  [observer] input_hold, which says when the u of a sample acts
+///   input_hold  [observer] input_hold, the time at which the u of a sample acts
 /// Throws codegen::Error as load_logs does, and with the column's name if the logs do not determine a delay to half a
 /// row.
 std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& directory, Hold input_hold);
 
-/// For people, one line: "u acts 0.0125 s (2.5 samples of the observer) after its column says (+- 0.02 rows; ...)".
+/// Returns one line for readers: "u acts 0.0125 s (2.5 samples of the observer) after its column says (+- 0.02 rows;
+/// ...)".
 std::string to_text(const LogDelay& delay);
 
-/// How old each input must be in flight, in samples: "u 2.5"; empty when none is delayed.
+/// Returns the required delay of each input in flight, in samples: "u 2.5"; empty if no input is delayed.
 std::string delays_in_flight(const LogConfig& config, double sample_period_s);
 
 }  // namespace nlo::trainer

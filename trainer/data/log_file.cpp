@@ -40,7 +40,7 @@ void read_time(const CsvTable& table, const LogSchema& schema, double sample_per
   rows = std::move(stamps.rows);
 }
 
-/// The rows of a column that its clock keeps, and which of those are empty.
+/// Keeps the rows of a column that its clock keeps, and updates its missing rows.
 void keep_rows(const std::vector<Index>& rows, VectorXd& values, std::vector<Index>& missing) {
   if (static_cast<Index>(rows.size()) == values.size()) return;
   std::vector<Index> still;
@@ -52,7 +52,7 @@ void keep_rows(const std::vector<Index>& rows, VectorXd& values, std::vector<Ind
   missing = std::move(still);
 }
 
-/// Fills empty cells as LogFile::columns says. `rows` increase and are not all rows.
+/// Fills empty cells as described at LogFile::columns. `rows` increase and are not all rows.
 void hold_last(const std::vector<Index>& rows, VectorXd& values) {
   std::size_t leading = 0;
   while (leading < rows.size() && rows[leading] == static_cast<Index>(leading)) ++leading;
@@ -60,7 +60,8 @@ void hold_last(const std::vector<Index>& rows, VectorXd& values) {
   for (std::size_t i = leading; i < rows.size(); ++i) values[rows[i]] = values[rows[i] - 1];
 }
 
-/// A column without a value is an error, which names all that are mostly empty: else each costs a try.
+/// Throws Error for a column without a value. The error lists all columns that are mostly empty, so that a user
+/// corrects them at once.
 void check_empty(const LogFile& log) {
   std::string whole, most;
   for (const auto& [heading, rows] : log.empty) {
@@ -75,7 +76,7 @@ void check_empty(const LogFile& log) {
                   log.path, whole, most.empty() ? "" : fmt::format("; mostly empty: {}", most)));
 }
 
-/// How many of the first rows of a stretch come before every needed column has had a value.
+/// Returns the number of first rows of a stretch before every needed column has had a value.
 Index rows_without_values(const LogFile& log, Index first, Index rows) {
   Index late = 0;
   for (const std::string& heading : log.needed) {
@@ -90,7 +91,7 @@ Index rows_without_values(const LogFile& log, Index first, Index rows) {
   return late;
 }
 
-/// Cells that stand for no value under `heading`, which several columns may read.
+/// Returns the cells that mean no value under `heading`, which several columns may read.
 std::vector<std::string> missing_cells(const LogSchema& schema, const std::string& heading) {
   std::vector<std::string> cells = schema.missing;
   for (const auto* columns : {&schema.outputs, &schema.states, &schema.inputs, &schema.masks})
@@ -141,7 +142,7 @@ LogFile read_log(const std::string& path, const LogSchema& schema, double sample
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes) {
   notes.insert(notes.end(), log.clock_notes.begin(), log.clock_notes.end());
   std::vector<Index> starts = {0};
-  Index longest = 0;  // the sample after the longest gap
+  Index longest = 0;  // index of the sample after the longest gap
   std::size_t gaps = 0;
   const auto step_s = [&](Index k) { return log.time_s[k] - log.time_s[k - 1]; };
   for (Index k = 1; k < log.time_s.size(); ++k) {

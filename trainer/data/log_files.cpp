@@ -36,7 +36,7 @@ class Fnv1a {
   std::uint64_t state_ = 0xcbf29ce484222325;
 };
 
-/// A directory whose own name holds glob characters is meant literally.
+/// Escapes glob characters in the name of a directory, which is meant literally.
 std::string escaped(const std::string& directory) {
   std::string result;
   for (const char c : directory) {
@@ -64,7 +64,7 @@ std::vector<std::string> expand_files(const std::string& directory, const std::v
   std::vector<std::string> files;
   for (const std::string& pattern : patterns) {
     const bool relative = !directory.empty() && !pattern.starts_with('/');
-    // An existing name is that file, with any characters.
+    // An existing name is that file, even if it contains glob characters.
     const fs::path literal = relative ? fs::path(directory) / pattern : fs::path(pattern);
     std::vector<std::string> found;
     if (fs::is_regular_file(literal)) found.push_back(literal.string());
@@ -88,7 +88,7 @@ SplitFiles expand_splits(const LogConfig& config, const std::string& directory) 
     const char* split;
     std::string file;
   };
-  std::map<std::string, Place> seen;  // by content: a copy of a log is the same log
+  std::map<std::string, Place> seen;  // by content, because a copy of a log is the same log
   const auto enter = [&](const char* split, const std::vector<std::string>& files) {
     for (const std::string& file : files) {
       const auto [first, is_new] = seen.try_emplace(content_hash({file}), Place{split, file});
@@ -130,12 +130,12 @@ Dataset started_at(const Dataset& logs, const std::vector<double>& from_s) {
   for (const double start_s : from_s) {
     if (!(start_s >= 0.0))
       throw codegen::Error(
-          fmt::format("--from {}: a start lies 0 s or more behind a log's first sample", shortest_text(start_s)));
+          fmt::format("--from {}: a start must not be before a log's first sample", shortest_text(start_s)));
     bool any = false;
     double longest_s = 0.0;
     for (const Trajectory& run : logs.trajectories) {
       const double* end = run.time_s.data() + run.samples();
-      // A start that is a sample but for the rounding of stamps is that sample.
+      // A start that equals a sample up to the rounding of stamps is that sample.
       const double at_s = run.time_s(0) + start_s - 1e-6 * logs.sample_period_s;
       const Eigen::Index first = std::lower_bound(run.time_s.data(), end, at_s) - run.time_s.data();
       longest_s = std::max(longest_s, run.time_s(run.samples() - 1) - run.time_s(0));
@@ -152,8 +152,8 @@ Dataset started_at(const Dataset& logs, const std::vector<double>& from_s) {
 
 namespace {
 
-/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and
-/// not too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
+/// Compiles patterns whose matching time is bounded by the product of the sizes of pattern and name: without back
+/// references, and with a limit on the states, which repetitions multiply: (a{9}){9} has 81. Throws std::regex_error.
 std::regex bounded_regex(const std::string& pattern) {
   constexpr std::size_t kLongestPattern = 200;
   constexpr double kMostCopies = 1000.0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Which files a run reads: names and globs below a directory, expanded and sorted, split into training, validation and
-// test by file. Neighbouring samples of one log are nearly copies: a log in two splits would report its own training.
-// Logs begun in their middle: an observer may be switched on at any time, and most logs begin where it is easy.
-// Groups of logs: logs that are alike should be left out together.
+// Finds the files of a run: names and globs below a directory, expanded and sorted, split into training, validation and
+// test by file. Neighbouring samples of one log are nearly copies, so a log in two splits would be tested on its own
+// training data. Also starts logs in their middle, because an observer may be switched on at any time. Also groups logs
+// that are alike, so that they are left out together.
 #pragma once
 
 #include <string>
@@ -13,25 +13,25 @@
 
 namespace nlo::trainer {
 
-/// Paths that match the names or globs (glob(7): * ? []) below `directory` (empty: as they stand), in sorted order and
-/// once each. Throws codegen::Error naming pattern and directory when one of them matches no file.
+/// Returns the paths that match the names or globs (glob(7): * ? []) below `directory` (empty: as given), sorted and
+/// once each. Throws codegen::Error with pattern and directory if one matches no file.
 std::vector<std::string> expand_files(const std::string& directory, const std::vector<std::string>& patterns);
 
 struct SplitFiles {
   std::vector<std::string> train, validation, test;
 };
 
-/// The three splits of `config` below `directory`. Throws codegen::Error when training has no files, or when a file, or
-/// a copy of it, is in two splits. Validation and test may be empty.
+/// Returns the three splits of `config` below `directory`. Throws codegen::Error if training has no files, or if a file
+/// or a copy of it is in two splits. Validation and test may be empty.
 SplitFiles expand_splits(const LogConfig& config, const std::string& directory);
 
-/// FNV-1a (64 bit, 16 hex digits) over the files' bytes and lengths in the order given: says in a model which data it
-/// was trained on. Names and folders do not enter. It finds mistakes, not forgeries.
+/// Returns the FNV-1a hash (64 bit, 16 hex digits) of the files' bytes and lengths in the given order. A model stores
+/// it to identify its training data. Names and folders do not matter. It detects mistakes, not forgeries.
 std::string content_hash(const std::vector<std::string>& files);
 
-/// Each run once for each of `from_s` [s since its first sample]: from there to its end, with time and latent state
-/// counted from there. A run that has not two samples left is left out. Throws codegen::Error when a start is negative
-/// or beyond all runs.
+/// Returns each run once for each of `from_s` [s since its first sample]: from there to its end, with time and latent
+/// state starting there. A run with fewer than two samples left is left out. Throws codegen::Error if a start is
+/// negative or beyond all runs.
 Dataset started_at(const Dataset& logs, const std::vector<double>& from_s);
 
 struct LogGroup {
@@ -40,7 +40,7 @@ struct LogGroup {
   std::vector<std::string> files;
 };
 
-/// A path's last part.
+/// Returns the last part of a path.
 std::string file_name(const std::string& path);
 
 /// Returns the kind of a log by its file name: the name without extension, without a counter at its end and without one
@@ -48,16 +48,16 @@ std::string file_name(const std::string& path);
 /// of "0degC_Mixed".
 std::string log_kind(const std::string& name);
 
-/// Deals groups to `folds` sets that are left out in turn, and returns the set of each group. A kind with at most half
-/// of the groups is left out whole, so that a set shows how well a training does on a kind that it has not seen. A kind
-/// with more is dealt in turn, because without it too little would be left to train on; neighbours by name, which are
-/// often alike, come into different sets.
+/// Distributes groups over `folds` sets that are left out in turn, and returns the set of each group. A kind with at
+/// most half of the groups is left out whole, so that the set shows the errors on a kind that a training has not seen.
+/// A kind with more groups is distributed over all sets, because without it too little would be left to train on.
+/// Neighbours by name, which are often similar, get into different sets.
 std::vector<std::size_t> deal_groups(const std::vector<LogGroup>& groups, std::size_t folds);
 
-/// One group for each text that the regular expression `pattern` finds in the files' names (its first group, or all of
-/// the match), sorted by that text; without a pattern one for each file. With a pattern
-/// each group is a kind. `key`: who gave the pattern, for messages.
-/// Throws codegen::Error for a pattern that is wrong, too large, or finds nothing in a name.
+/// Returns one group for each text that the regular expression `pattern` finds in the file names (its first group, or
+/// the whole match), sorted by that text; each of these groups is a kind. Without a pattern, returns one group for each
+/// file. `key`: the option or key with the pattern, for messages. Throws codegen::Error for a pattern that is wrong,
+/// too large, or finds nothing in a name.
 std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
                                  const std::string& key);
 

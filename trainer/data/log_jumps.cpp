@@ -25,7 +25,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Notes = std::vector<std::string>;
 
-/// A column over all runs, one after the other.
+/// A column over all runs, one after another.
 struct Signal {
   const LogColumn* column = nullptr;
   VectorXd x;
@@ -37,8 +37,8 @@ struct Signal {
 /// The origin of the samples of all runs.
 struct Samples {
   std::vector<const LogFile*> files;
-  std::vector<Index> rows;     ///< in its file
-  std::vector<bool> is_first;  ///< first of its run: the sample before is of another run
+  std::vector<Index> rows;     ///< row in its file
+  std::vector<bool> is_first;  ///< true for the first sample of a run, whose predecessor is in another run
 
   std::string place(Index k) const {
     const auto at = static_cast<std::size_t>(k);
@@ -85,14 +85,14 @@ std::vector<double> as_list(const VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-/// Jumps of a square wave have one size despite noise; other signals have many sizes.
+/// Returns true if jumps have many sizes. Those of a square wave have one size despite noise.
 bool has_many_sizes(const VectorXd& sizes) {
   constexpr double kSpread = 0.2;
   const std::vector<double> values = as_list(sizes);
   return value_at_rank(values, 0.95) - value_at_rank(values, 0.05) > kSpread * value_at_rank(values, 0.5);
 }
 
-/// Nearly all jumps of a column must be of the kind that is looked for.
+/// Returns true if nearly all jumps of a column are of the kind that is looked for.
 bool are_most(std::size_t found, std::size_t jumps) {
   constexpr double kMost = 0.8;
   return static_cast<double>(found) >= kMost * static_cast<double>(jumps);
@@ -109,7 +109,7 @@ std::string quoted(const std::vector<const Signal*>& signals) {
   return text;
 }
 
-/// "" for one jump, else how many there are.
+/// Returns "" for one jump, otherwise their number.
 std::string how_many(std::size_t rows) {
   return rows == 1 ? "" : fmt::format(" ({} such rows)", rows);
 }
@@ -120,8 +120,8 @@ double half_turn_in(const std::string& unit) {
   return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;
 }
 
-/// The full turn that the jumps are as large as: a usual one; of whole numbers any. A ball's velocity jumps from end to
-/// end as well, by another size.
+/// Returns the usual full turn that equals the size of the jumps; for integers any number. The velocity of a bouncing
+/// ball also jumps from end to end, but by another size.
 std::optional<double> full_turn_near(double turn, bool is_whole) {
   constexpr double kNear = 0.02;
   constexpr auto kUsual =
@@ -216,7 +216,7 @@ std::vector<std::size_t> count_jumps(const std::vector<Jumps>& jumps, std::size_
   return count;
 }
 
-/// "q_w", "/pose/orientation/x", "quat[2]".
+/// Returns true for "q_w", "/pose/orientation/x", "quat[2]".
 bool is_called_quaternion(const std::string& heading) {
   std::string name;
   for (const char c : heading)
@@ -227,7 +227,7 @@ bool is_called_quaternion(const std::string& heading) {
   return std::ranges::any_of(kEnds, [&](std::string_view end) { return name.ends_with(end); });
 }
 
-/// Whether 2 to 4 neighbours, one of them `member`, have a norm that does not change.
+/// Returns true if 2 to 4 neighbours, one of them `member`, have a constant norm.
 bool has_constant_norm(const std::vector<Signal>& signals, std::size_t member) {
   constexpr double kConstant = 0.05;
   for (std::size_t count = 2; count <= 4; ++count)
@@ -290,7 +290,7 @@ void note_changed_places(const Samples& samples, const std::vector<Signal>& sign
   constexpr double kSame = 0.1, kAtRest = 0.05;
   const std::vector<std::size_t> all = count_jumps(jumps, signals.size());
   std::vector<std::size_t> changes(signals.size(), 0), moving(signals.size(), 0), partner(signals.size(), 0);
-  /// The signal that had the value of i before; none: signals.size().
+  /// Returns the signal that had the value of i before; signals.size(): none.
   const auto from = [&](const Jumps& here, std::size_t i) {
     const Signal& s = signals[i];
     for (const std::size_t other : here.signals)
@@ -344,7 +344,7 @@ void note_jumps(const LogSchema& schema, const std::vector<LogFile>& logs, const
     const std::vector<Signal> signals = signals_of(*columns, logs, runs, samples.size());
     const std::vector<Jumps> jumps = jumps_of(samples, signals);
     std::vector<bool> is_explained(signals.size(), false);
-    // A measured state is judged as an output.
+    // A measured state is checked as an output.
     for (std::size_t i = 0; i < signals.size(); ++i) is_explained[i] = outputs.contains(signals[i].column->heading);
     note_quaternions(samples, signals, jumps, columns == &schema.outputs, is_explained, notes);
     note_changed_places(samples, signals, jumps, is_explained, notes);

@@ -22,7 +22,7 @@ struct Sums {
 
   void add(const Trajectory& run, const RowVectorXd& error, const EvaluationWindows& windows) {
     for (Index k = 0; k < run.samples(); ++k) {
-      if (run.weight[k] == 0.0) continue;  // masked truth may be anything
+      if (run.weight[k] == 0.0) continue;  // masked truth may have any value
       for (std::size_t w = 0; w < windows.size(); ++w) {
         if (run.time_s[k] < windows[w].from_s || run.time_s[k] >= windows[w].to_s) continue;
         squares[w] += run.weight[k] * error[k] * error[k];
@@ -38,7 +38,7 @@ struct Sums {
     }
   }
 
-  /// No weight gives 0/0, NaN: nothing was measured.
+  /// Without weight the result is 0/0, NaN: nothing was measured.
   StateError finish(const std::string& name, const std::string& unit) const {
     StateError result{name, unit, {}};
     for (std::size_t w = 0; w < squares.size(); ++w) result.rmse.push_back(std::sqrt(squares[w] / weights[w]));
@@ -54,7 +54,7 @@ RowVectorXd wrapped(RowVectorXd error, double wrap) {
   return error;
 }
 
-/// Between vectors, to rounding at any angle (Kahan).
+/// Returns the angles between vectors, accurate to rounding at any angle (Kahan).
 RowVectorXd between_directions(const MatrixXd& estimate, const MatrixXd& truth, Index first) {
   const MatrixXd a = estimate.middleRows<3>(first).colwise().normalized(),
                  b = truth.middleRows<3>(first).colwise().normalized();
@@ -103,7 +103,7 @@ LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimat
   LogMetrics metrics{windows, {}, estimates.size(), {}};
   const std::vector<Sums> none(data.states.size() + angle_pairs.size(), Sums(windows.size()));
   std::vector<Sums> pooled = none, log = none;
-  std::size_t runs = 0;  // runs of this log
+  std::size_t runs = 0;  // number of runs of this log
   for (std::size_t file = 0; file < estimates.size(); ++file) {
     const Trajectory& run = data.trajectories[file];
     if (estimates[file].rows() != run.states.rows() || estimates[file].cols() != run.samples())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How far estimates are from the truth on logs: RMSE per state over windows of time, since a rig at rest dilutes the
-// whole and the transient hides the rest. Angles are compared the short way round; masked samples do not count.
+// Errors of estimates on logs: RMSE per state over windows of time, because a rig at rest dilutes the error over the
+// whole log, and the transient hides the rest. Angles are compared the shorter way round; masked samples do not count.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,10 +13,10 @@
 
 namespace nlo::trainer {
 
-/// One state, or one angle made of the states NAME_sin and NAME_cos.
+/// One state, or one angle that consists of the states NAME_sin and NAME_cos.
 struct StateError {
   std::string name, unit;
-  std::vector<double> rmse;  ///< per window; NaN: no sample counts, or no estimate was made
+  std::vector<double> rmse;  ///< per window; NaN: no sample counts, or there is no estimate
 };
 
 struct LogMetrics {
@@ -25,14 +25,14 @@ struct LogMetrics {
     std::vector<StateError> states;
   };
   EvaluationWindows windows;       ///< "all" first
-  std::vector<File> files;         ///< one for each log, however many runs gaps make of it
+  std::vector<File> files;         ///< one for each log, also if gaps split it into several runs
   std::size_t runs = 0;            ///< sum over all files
   std::vector<StateError> pooled;  ///< over the samples of all files together
 };
 
-/// Errors of `estimates` (n_x x N each, one per trajectory). After the states come the angles of `angle_pairs`
-/// (LogSchema::angle_pairs), by atan2. Time counts from the first sample of a log. Throws codegen::Error when a shape
-/// does not fit.
+/// Returns the errors of `estimates` (n_x x N each, one per trajectory). After the states come the angles of
+/// `angle_pairs` (LogSchema::angle_pairs), by atan2. Time counts from the first sample of a log. Throws codegen::Error
+/// if a shape is wrong.
 LogMetrics log_metrics(const Dataset& data, const std::vector<Eigen::MatrixXd>& estimates,
                        const std::vector<AnglePair>& angle_pairs = {}, const EvaluationWindows& windows = whole_run());
 

@@ -16,16 +16,17 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The usual range of a state over all logs, despite a few outliers.
+/// The usual range of a state over all logs, robust against a few outliers.
 struct Usual {
-  double low = 0.0, high = 0.0;  ///< by its quantiles of 1 % and 99 %, and by five deviations from its median
+  double low = 0.0, high = 0.0;  ///< limits by the quantiles of 1 % and 99 %, and by five deviations from the median
   double step = 0.0;             ///< ten times the median of the steps that are not 0
 
   bool has(double value) const { return value >= low && value <= high; }
 };
 
 Usual usual_of(const std::vector<VectorXd>& signals) {
-  constexpr double kDeviation = 1.4826;  // deviation of a normal distribution in median absolute deviations
+  // Ratio of the standard deviation of a normal distribution to its median absolute deviation.
+  constexpr double kDeviation = 1.4826;
   std::vector<double> values, steps;
   for (const VectorXd& x : signals) {
     values.insert(values.end(), x.begin(), x.end());
@@ -44,8 +45,8 @@ Usual usual_of(const std::vector<VectorXd>& signals) {
   return usual;
 }
 
-/// Rows [from, to) leave the usual range by a step and return after it.
-/// At an end of the log one of the steps is enough.
+/// Returns true if rows [from, to) leave the usual range by a step and return after it. At an end of the log one of the
+/// steps is enough.
 bool is_outlier(const VectorXd& x, Index from, Index to, const Usual& usual) {
   const auto jumps = [&](Index a, Index b) { return std::abs(x[a] - x[b]) > usual.step; };
   if (to - from > kOutlierRows || to - from == x.size()) return false;

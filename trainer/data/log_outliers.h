@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Single rows of a log's truth that no motion explains.
+// Finds single rows of a log's truth that no motion explains.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace nlo::trainer {
 
-/// Rows of a state that stand far off for a moment: at most kOutlierRows rows that leave all others by more than their
-/// range and come back (see is_outlier in log_outliers.cpp). A note for each state: how many, and the farthest with its
-/// file, line and value. An observer would learn them as truth.
+/// Finds rows of a state that are far away for a moment: at most kOutlierRows rows that leave all others by more than
+/// their range and return (see is_outlier in log_outliers.cpp). Adds a note for each state: their number, and the
+/// farthest with its file, line and value. An observer would learn them as truth.
 void note_outliers(const LogSchema& schema, const std::vector<LogFile>& logs, std::vector<std::string>& notes);
 inline constexpr Eigen::Index kOutlierRows = 5;
 

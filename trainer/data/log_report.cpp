@@ -25,7 +25,7 @@ std::vector<std::string> lines_of(const std::string& note) {
   return lines;
 }
 
-/// The first notes, in at most 25 lines, and how many more there are.
+/// Returns the first notes, in at most 25 lines, and the number of the others.
 std::string notes_text(const std::vector<std::string>& notes) {
   constexpr std::size_t kMostLines = 25;
   std::string text;

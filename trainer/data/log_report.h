@@ -12,19 +12,21 @@
 
 namespace nlo::trainer {
 
-/// Notes are kept in order and once each: one about a column holds for all logs.
+/// Adds a note unless it is there already: a note about a column holds for all logs.
 void note_once(std::vector<std::string>& notes, const std::string& text);
 
 struct LogReport {
-  double sample_period_s = 0.0;        ///< nominal: as configured, else the logs' mean step, or median if irregular
-  std::vector<TimeStampReport> files;  ///< one for each log, over the runs that gaps make of it
-  std::vector<std::string> notes;      ///< notes for a reader, each with its remedy
-  std::map<std::string, EmptyCells> empty_cells;  ///< by heading, over all files; none where there are none
-  std::vector<LogContent> contents;               ///< one per file: its rows, to be found again
+  double sample_period_s = 0.0;  ///< nominal: as configured, otherwise the mean step of the logs, or the median if they
+                                 ///< are irregular
+  std::vector<TimeStampReport> files;             ///< one for each log, over the runs between its gaps
+  std::vector<std::string> notes;                 ///< notes for a reader, each with its remedy
+  std::map<std::string, EmptyCells> empty_cells;  ///< by heading, over all files; columns without empty cells are not
+                                                  ///< listed
+  std::vector<LogContent> contents;               ///< one per file: hashes of its rows, to recognise them
   std::string data_hash;                          ///< content_hash of the files, in the order of `files`
 };
 
-/// Table of the time stamps, then the notes in at most 25 lines of 120 columns. report.html has all of them.
+/// Returns a table of the time stamps, then the notes in at most 25 lines of 120 columns. report.html has all notes.
 std::string to_text(const LogReport& report);
 
 }  // namespace nlo::trainer

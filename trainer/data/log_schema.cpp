@@ -23,11 +23,11 @@ double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConf
   fail_at(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us, ns, min or h", column.unit));
 }
 
-/// `column` has an expression: no key that is of cells may stand beside it.
+/// Checks a `column` with an expression: it must not have keys for cells.
 void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.role != ColumnRole::kOutput)
     fail_at(column, all,
-            "an expression is of a column with role \"output\": the observer computes it of what it measures");
+            "an expression is for a column with role \"output\": the observer computes it from its measurements");
   const char* other = heading_of(column) != column.name ? "column"
                       : !column.derivative_of.empty()   ? "derivative_of"
                       : !column.file_unit.empty()       ? "file_unit"
@@ -46,7 +46,7 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                     other, other));
 }
 
-/// Behind the outputs that are measured: those that are computed.
+/// Appends the computed outputs behind the measured ones.
 void append_computed(const LogConfig& config, LogSchema& schema) {
   const std::size_t measured = schema.output_channels.size();
   std::vector<const ColumnConfig*> columns;
@@ -74,7 +74,7 @@ void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
   }
 }
 
-/// The outputs' channels that measure the quantity of `state`, in its unit, if any do.
+/// Returns the channels of the outputs that measure the quantity of `state`, in its unit, if there are any.
 StateSource measured_by(const LogColumn& state, const std::vector<LogColumn>& outputs) {
   int channel = 0;
   for (const LogColumn& output : outputs) {
@@ -98,7 +98,7 @@ void append_sources(const LogColumn& state, const std::vector<LogColumn>& output
                             : StateKind::kMeasured);
 }
 
-/// The latest column of that name; the section where a channel has the name of none: "angle_sin".
+/// Returns the key of the last column with that name; the section if a channel has the name of no column: "angle_sin".
 std::string key_of(const std::string& name, const std::vector<ColumnConfig>& all) {
   for (std::size_t i = all.size(); i-- > 0;)
     if (all[i].name == name) return fmt::format("log.columns[{}]", i);
@@ -156,7 +156,7 @@ LogSchema resolve_columns(const LogConfig& config) {
         break;
       case ColumnRole::kInput:
         if (resolved.wrap > 0.0)
-          fail_at(column, config.columns, "an input is taken as it comes, and cannot be an angle: leave wrap out");
+          fail_at(column, config.columns, "an input is not unwrapped, so it cannot be an angle: leave wrap out");
         schema.inputs.push_back(resolved);
         append_channels(resolved, schema.input_channels);
         break;
@@ -169,9 +169,11 @@ LogSchema resolve_columns(const LogConfig& config) {
   }
   append_computed(config, schema);
   if (schema.outputs.empty())
-    throw KeyError("log", "[[log.columns]]: no column has role \"output\": expected what the observer measures");
+    throw KeyError("log",
+                   "[[log.columns]]: no column has role \"output\": list the columns that the observer measures");
   if (schema.states.empty())
-    throw KeyError("log", "[[log.columns]]: no column has role \"state\": expected what the observer estimates");
+    throw KeyError("log",
+                   "[[log.columns]]: no column has role \"state\": list the columns that the observer estimates");
   if (schema.time_heading.empty() && !(config.sample_period_s > 0.0))
     throw KeyError("log", "[log]: no column has role \"time\" and sample_period_s is not given: expected one of them");
   for (const LogColumn& state : schema.states) append_sources(state, schema.outputs, schema.state_sources);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the channels of a Dataset come from the columns of a log: the [[log.columns]] of an experiment, checked and
-// resolved once for the loader, the baselines and the metrics.
+// Maps the columns of a log to the channels of a Dataset: the [[log.columns]] of an experiment, checked and resolved
+// once for the loader, the baselines and the metrics.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// Relation of a state to the measured outputs: the start of a causal differentiator.
+/// Relation of a state to the measured outputs, from which a causal differentiator starts.
 enum class StateKind { kHidden, kMeasured, kSineOfMeasured, kCosineOfMeasured, kDerivativeOfMeasured };
 
 struct StateSource {
@@ -24,34 +24,34 @@ struct StateSource {
   double wrap = 0.0;  ///< full turn of the measured quantity; 0: not an angle
 };
 
-/// Neighbouring states that are one angle: two, its sine and cosine; or three, a vector whose direction counts.
+/// Neighbouring states that are one angle: two states, its sine and cosine; or three, a vector whose direction counts.
 struct AnglePair {
   std::string name, unit;
   double wrap = 0.0;
   int sine = 0;        ///< index of the first state
-  int components = 2;  ///< 3: the angle is that between two such vectors [deg]
+  int components = 2;  ///< 3: the angle between two such vectors [deg]
 };
 
 struct LogSchema {
   CsvFormat format;                                ///< format of the files
-  std::vector<std::string> missing;                ///< cells that stand for no value in any column
+  std::vector<std::string> missing;                ///< cells that mean no value in any column
   std::string time_heading;                        ///< empty: no time stamps, rows are sample_period_s apart
   double time_unit_s = 1.0;                        ///< seconds per unit of the time column
-  bool has_time_unit = false;                      ///< it was given; else seconds are assumed
+  bool has_time_unit = false;                      ///< true if a unit is given; else seconds are assumed
   std::vector<LogColumn> outputs, states, inputs;  ///< columns of the file
-  std::vector<LogColumn> masks;                    ///< the truth of a row counts where none of them is 0
-  /// Outputs that are computed stand behind those of the file.
+  std::vector<LogColumn> masks;                    ///< the truth of a row counts if none of them is 0
+  /// Computed outputs follow those of the file.
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
   std::vector<StateSource> state_sources;  ///< one per state channel
   std::vector<AnglePair> angle_pairs;      ///< among the states
 };
 
-/// How the files of a [log] write their rows. Throws KeyError where separator and decimal are the same.
+/// Returns the format of the rows in the files of a [log]. Throws KeyError if separator and decimal mark are the same.
 CsvFormat format_of(const LogConfig& config);
 
-/// Throws KeyError with the column and the remedy: no output, no state, two time columns, a name that is taken, an
-/// encoding without a wrap, a derivative of an unlisted column; and for [log] if a comma separates both cells and
-/// decimals.
+/// Resolves the columns. Throws KeyError with the column and the remedy for: no output, no state, two time columns, a
+/// name that is used twice, an encoding without a wrap, a derivative of an unlisted column; and for [log] if a comma
+/// separates both cells and decimals.
 LogSchema resolve_columns(const LogConfig& config);
 
 }  // namespace nlo::trainer

@@ -25,9 +25,9 @@ using Eigen::VectorXd;
 
 constexpr double kDay_s = 86400.0;
 
-/// Readings of a clock's cells before any row is left out.
+/// The cells of a clock before any row is left out.
 struct Readings {
-  VectorXd stamps;  ///< numbers of the file; for times of day: seconds from the first date's midnight
+  VectorXd stamps;  ///< numbers of the file; for times of day: seconds from midnight of the first date
   bool is_text = false;
   bool has_date = false;
 };
@@ -61,7 +61,7 @@ Readings read_clock(const CsvTable& table, const std::string& heading) {
   }
 }
 
-/// The clock without repeated and wrong stamps, and where it goes back.
+/// Removes repeated and wrong stamps from the clock, and finds where it goes back.
 class Cleaner {
  public:
   Cleaner(const CsvTable& table, const std::string& heading, const Readings& read)
@@ -99,7 +99,7 @@ class Cleaner {
   }
 
  private:
-  /// A step over `rows` rows, a few of which may be lost.
+  /// Returns true for a usual step over `rows` rows, a few of which may be lost.
   bool is_usual(double step, Index rows = 1) const {
     return step > 0.0 && step <= (kGapPeriods + static_cast<double>(rows)) * usual_;
   }
@@ -132,7 +132,7 @@ class Cleaner {
     if (!table_.same_cells(row, first)) ++with_other_readings_;
   }
 
-  /// Midnight of times without a date, and counters that overflow.
+  /// Returns true if time continues: at midnight of times without a date, and where a counter overflows.
   bool goes_on(Index row, double step) {
     const auto add = [&](double turn) {
       shift_ += turn;
@@ -148,7 +148,8 @@ class Cleaner {
     return false;
   }
 
-  /// The row behind `row` whose stamp follows `before` as usual; the end where `row` is the last one; `row`: none.
+  /// Returns the next row after `row` whose stamp follows `before` as usual; the end if `row` is the last one; `row` if
+  /// there is none.
   Index next_that_fits(Index row, double before) const {
     constexpr Index kFew = 10;
     if (row + 1 == time_.size()) return row + 1;
@@ -210,7 +211,7 @@ class Cleaner {
   const std::string& heading_;
   const Readings& read_;
   std::string name_;
-  VectorXd time_;  ///< time of each row so far, over midnights and overflows
+  VectorXd time_;  ///< time of each row so far, continued over midnights and overflows
   double usual_ = 0.0, shift_ = 0.0;
   Index next_ = 0;
   std::vector<Index> repeated_, wrong_;

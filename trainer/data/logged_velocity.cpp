@@ -16,9 +16,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr int kMaxLag = 20;            // a low-pass that is later than this hardly looks like the velocity
-constexpr Index kSamples = 20000;      // enough to correlate; a day's log need not be filtered whole
-constexpr double kSameSignal = 0.9;    // two different states of a rig stay below
+constexpr int kMaxLag = 20;            // a low-pass with a larger delay hardly resembles the velocity
+constexpr Index kSamples = 20000;      // enough for a correlation; a log of a day need not be filtered whole
+constexpr double kSameSignal = 0.9;    // two different states of a rig stay below it
 constexpr double kLateSamples = 0.35;  // a backward difference is half a sample late; an exact velocity is not
 
 struct Moments {
@@ -45,7 +45,7 @@ std::string remark_on_gain(double gain) {
 std::optional<VelocityMatch> match_velocity(const VectorXd& signal, const VectorXd& velocity, int max_lag) {
   const Index n = signal.size(), inner = n - 2 * max_lag;
   if (n < 10 * max_lag) return std::nullopt;
-  // Every lag uses the same samples of the velocity. Otherwise the largest correlation depends on the choice of
+  // Every lag uses the same samples of the velocity. Otherwise the largest correlation would depend on the choice of
   // samples.
   std::vector<Moments> at;
   for (int lag = -max_lag; lag <= max_lag; ++lag)
@@ -54,7 +54,7 @@ std::optional<VelocityMatch> match_velocity(const VectorXd& signal, const Vector
     return std::abs(a.correlation) < std::abs(b.correlation);
   });
   if (best == at.begin() || best + 1 == at.end() || best->correlation == 0.0) return std::nullopt;
-  // Near its top a correlation is a parabola: its vertex is the lag to a fraction of a sample.
+  // Near its maximum a correlation is a parabola, whose vertex gives the lag to a fraction of a sample.
   const double before = std::abs((best - 1)->correlation), top = std::abs(best->correlation),
                after = std::abs((best + 1)->correlation);
   const double curvature = before - 2.0 * top + after;
@@ -74,7 +74,7 @@ void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig&
         log = &logs[i];
       }
   if (run == nullptr) return;
-  VelocityFilterConfig usable = filter;  // the cut-off is for declared velocities: there may be none
+  VelocityFilterConfig usable = filter;  // the cut-off is for declared velocities; there may be none
   usable.cutoff_hz = std::min(filter.cutoff_hz, 0.2 / sample_period_s);
   const Index samples = std::min(run->rows, kSamples);
   if (samples < 10 * kMaxLag) return;
@@ -88,7 +88,7 @@ void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig&
   for (const LogColumn& state : schema.states) {
     if (state.derivative || state.wrap > 0.0) continue;
     const VectorXd signal = column(state);
-    // The joints of a rig move together: the state belongs to the output that it resembles most.
+    // The joints of a rig move together, so the state belongs to the output that it resembles most.
     const LogColumn* source = nullptr;
     VelocityMatch match;
     for (std::size_t j = 0; j < velocities.size(); ++j) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Is a logged state the velocity of a logged output, and how late is it? Rigs log causal differences of their encoders,
-// low-passed and late: an observer that learns them learns the delay.
+// Finds logged states that are the velocity of a logged output, and their delay. Rigs log causal differences of their
+// encoders, low-passed and late; an observer that learns them learns the delay.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@
 namespace nlo::trainer {
 
 struct VelocityMatch {
-  double lag_samples = 0.0;  ///< > 0: the signal is late; to a fraction of a sample
-  double correlation = 0.0;  ///< at that lag
+  double lag_samples = 0.0;  ///< > 0: the signal is late; resolved to a fraction of a sample
+  double correlation = 0.0;  ///< correlation at that lag
   double gain = 1.0;         ///< signal per velocity at that lag
 };
 
@@ -25,7 +25,7 @@ struct VelocityMatch {
 std::optional<VelocityMatch> match_velocity(const Eigen::VectorXd& signal, const Eigen::VectorXd& velocity,
                                             int max_lag);
 
-/// Compares each state that stands in the file with the zero-phase velocity of each output, on the longest run.
+/// Compares each state of the file with the zero-phase velocity of each output, on the longest run.
 void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig& filter,
                             const std::vector<LogFile>& logs, const std::vector<std::vector<LogRun>>& runs,
                             double sample_period_s, std::vector<std::string>& notes);

@@ -19,12 +19,12 @@
 namespace nlo::trainer {
 namespace {
 
-/// Scatters neighbouring seeds.
+/// Mixes a seed, so that neighbouring seeds give unrelated numbers.
 std::uint64_t scattered(std::uint64_t seed) {
   return codegen::splitmix64(seed);
 }
 
-/// The sensor of each row: sine and cosine of an angle share theirs.
+/// Returns the sensor of each row; sine and cosine of an angle have the same sensor.
 std::vector<std::size_t> sensors_of(Eigen::Index rows, const std::vector<EncodedAngle>& angles) {
   std::vector<std::size_t> sensors;
   auto angle = angles.begin();

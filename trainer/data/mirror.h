@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [training] mirror: which channels change their sign in the mirror image of a run.
+// [training] mirror: finds the channels that change their sign in the mirror image of a run.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,24 +12,24 @@
 namespace nlo::trainer {
 
 /// A plant is odd if f(-x, -u) = -f(x, u) and h(-x) = -h(x), except for the channels that are declared even. Then the
-/// mirror image of each run is a run, too.
+/// mirror image of each run is also a run.
 struct Mirror {
   std::vector<bool> readings, states;  ///< true: changes its sign. readings: outputs, then inputs
 
-  bool none() const { return readings.empty() && states.empty(); }  ///< nothing is mirrored
+  bool none() const { return readings.empty() && states.empty(); }  ///< true if nothing is mirrored
 
-  /// -1 or 1, the factor of a reading or state of a mirrored run.
+  /// Returns -1 or 1, the factor of a reading or state in a mirrored run.
   float of_reading(std::size_t row) const { return readings[row] ? -1.0F : 1.0F; }
   float of_state(std::size_t row) const { return states[row] ? -1.0F : 1.0F; }
 };
 
-/// `odd`: names of the channels that change their sign; empty: Mirror::none(). NAME also stands for an angle given as
-/// NAME_sin and NAME_cos, of which only the sine changes. Names that are not among the channels (a state that is not
-/// estimated) are ignored.
+/// Returns the mirror for the channels `odd`, which change their sign; Mirror::none() if it is empty. NAME also stands
+/// for an angle given as NAME_sin and NAME_cos, of which only the sine changes. Names that are not among the channels
+/// (a state that is not estimated) are ignored.
 Mirror mirror_of(const std::vector<std::string>& odd, const std::vector<codegen::Channel>& readings,
                  const std::vector<codegen::Channel>& states);
 
-/// Widens the ranges of readings to those of their mirror images. An empty range (low > high) stays.
+/// Widens the ranges of readings to include their mirror images. An empty range (low > high) is not changed.
 void widen_by_mirror(const Mirror& mirror, Eigen::VectorXd& low, Eigen::VectorXd& high);
 
 }  // namespace nlo::trainer

@@ -21,13 +21,13 @@ using Eigen::VectorXd;
 
 constexpr double kRidge = 1e-4;              // relative to the power of each feature
 constexpr double kAverages[] = {5.0, 25.0};  // time constants [samples]
-constexpr Index kOf = 3;                     // features of each channel: it, and these two averages
+constexpr Index kOf = 3;                     // features of each channel: the channel and its two averages
 constexpr double kLeastGain = 0.05;
-constexpr double kNothing = 0.005;            // an error of this share of a deviation
-constexpr double kMostLogsShare = 2.0 / 3.0;  // share of the logs that must gain
+constexpr double kNothing = 0.005;            // an error of this share of a deviation is negligible
+constexpr double kMostLogsShare = 2.0 / 3.0;  // share of the logs that must improve
 constexpr std::size_t kMostProducts = 3, kMostChannels = 16;
 
-/// Normal equations of one log: of all features, those of products behind those of channels.
+/// Normal equations of one log over all features: those of channels, then those of products.
 struct LogSums {
   MatrixXd gram, cross;  // n x n, n x n_x
   VectorXd squares;      // n_x: of the states
@@ -103,7 +103,7 @@ class ProductSearch {
     return channels;
   }
 
-  /// These scales, not units, make products of large and small numbers comparable.
+  /// Scales the features, so that products of large and small numbers are comparable in any unit.
   void normalise() {
     scale_ = VectorXd::Constant(static_cast<Index>(names_.size()), 1e-12);
     VectorXd sum;
@@ -122,13 +122,13 @@ class ProductSearch {
   void add(const Trajectory& run) {
     LogSums& log = logs_[run.log.empty() ? run.source : run.log];
     if (log.gram.size() == 0) log = nothing();
-    constexpr Index kBlock = 4096;  // all features of a long log would take many times its file
+    constexpr Index kBlock = 4096;  // all features of a long log would take many times the memory of its file
     VectorXd average[2];
     for (Index from = 0; from < run.samples(); from += kBlock)
       add(run, from, std::min(kBlock, run.samples() - from), average, log);
   }
 
-  /// Adds `count` samples from `first` on. `average`: of the samples before, and of these behind them.
+  /// Adds `count` samples from `first` on. `average`: averages before these samples; updated.
   void add(const Trajectory& run, Index first, Index count, VectorXd (&average)[2], LogSums& log) const {
     const MatrixXd channels = scale_.cwiseInverse().asDiagonal() * channels_of(run, first, count);
     const auto now = channels.rows(), all = now + static_cast<Index>(pairs_.size());
@@ -161,7 +161,7 @@ class ProductSearch {
     log.weight += weight.sum();
   }
 
-  /// Logarithms of the RMS error on each log of a fit on all others, n_x x logs, with these products.
+  /// Returns the logarithms of the RMS error on each log, with these products and a fit on all other logs, n_x x logs.
   MatrixXd errors(const std::vector<std::size_t>& products) const {
     std::vector<Index> rows(1 + static_cast<std::size_t>(kOf) * names_.size());
     for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<Index>(i);

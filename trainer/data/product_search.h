@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Which products of channels say more of the states than the channels do, judged on logs that are left out. A ridge
-// regression reads each channel and two exponential averages of it; with a product and its averages beside them, its
-// error on each log that it was not fitted on must fall. Products are taken one after another, the best first.
+// Finds products of channels that improve a prediction of the states on logs that are left out. A ridge regression
+// reads each channel and two exponential averages of it. A product and its averages must reduce its error on each log
+// to which it was not fitted. Products are added one after another, the best first.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,16 @@
 namespace nlo::trainer {
 
 struct FoundProduct {
-  std::string name, expression;  ///< "yaw_rate_wheel_speed", "yaw_rate * wheel_speed": an output that is computed
-  double gain = 0.0;  ///< share by which the error on logs that are left out falls, typical over states and logs
+  std::string name, expression;  ///< "yaw_rate_wheel_speed", "yaw_rate * wheel_speed": name and expression of a
+                                 ///< computed output
+  double gain = 0.0;             ///< typical relative reduction of the error on left-out logs, over states and logs
 };
 
-/// Fewer logs do not tell.
+/// With fewer logs there is no decision.
 inline constexpr std::size_t kFewestProductLogs = 3;
 
-/// Products of two measured outputs or of one and an input; of none that wraps. None from fewer than
-/// kFewestProductLogs, or where a product does not take 5 % of the error away and on most logs.
+/// Considers products of two measured outputs, or of an output and an input, without channels that wrap. Returns none
+/// for fewer than kFewestProductLogs logs, or if a product does not reduce the error by 5 % and on most logs.
 std::vector<FoundProduct> find_products(const Dataset& training);
 
 }  // namespace nlo::trainer

@@ -31,7 +31,7 @@ class RunLoader {
         filtered_(std::any_of(schema.states.begin(), schema.states.end(), [](const auto& s) { return s.derivative; })) {
   }
 
-  /// `steps`: adds the steps that were read.
+  /// Loads the run. `steps`: adds the steps that were read.
   Trajectory load(std::vector<SuspiciousSteps>& steps) const {
     Trajectory result;
     result.source = run_.source;
@@ -57,14 +57,14 @@ class RunLoader {
   }
 
  private:
-  /// Rounded stamps of a moving angle are noise in its velocity (1 ms at 10 rad/s: 10 mrad): the grid is the better
-  /// clock. Stamps that jitter beyond their rounding are taken at their word.
+  /// Returns the times of the run. Rounded stamps of a moving angle cause noise in its velocity (1 ms at 10 rad/s: 10
+  /// mrad), so the even grid is the better clock. Stamps that jitter by more than their rounding are used unchanged.
   VectorXd time_of(const LogRun& run) const {
     if (!run.grid.rounded) return run.time_s;
     return run.grid.counts * (has_period(run.grid, sample_period_s_) ? sample_period_s_ : run.grid.period_s);
   }
 
-  /// `truth`: empty cells are on straight lines, not held.
+  /// Reads a column. `truth`: empty cells are on straight lines, not held.
   VectorXd read(const LogColumn& column, bool truth, std::vector<SuspiciousSteps>& steps) const {
     VectorXd values = log_.values(column).segment(run_.first, run_.rows);
     if (column.wrap > 0.0) values = unwrap(values, column.wrap);
@@ -75,7 +75,8 @@ class RunLoader {
 
   Eigen::MatrixXd channels(const std::vector<LogColumn>& columns, std::size_t count,
                            std::vector<SuspiciousSteps>& steps) const {
-    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Index>(count), run_.rows);  // computed ones come later
+    // Computed channels are filled later.
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Index>(count), run_.rows);
     Index channel = 0;
     for (const LogColumn& column : columns) {
       const VectorXd raw = read(column, &columns == &schema_.states, steps);
@@ -108,7 +109,8 @@ class RunLoader {
     return missing;
   }
 
-  /// A short hole of a position hardly shows in its velocity; a long one is as an end of the log.
+  /// Masks states near long holes. A short hole of a position hardly shows in its velocity; a long one is like an end
+  /// of the log.
   void mask_empty_states(VectorXd& weight) const {
     const double mask_s = config_.velocity_filter.mask_edges_s, long_s = 1.0 / config_.velocity_filter.cutoff_hz;
     for (const LogColumn& state : schema_.states)
@@ -143,7 +145,7 @@ class RunLoader {
   const LogFile& log_;
   const LogRun& run_;
   VectorXd time_s_;
-  bool filtered_;  ///< a state is a velocity
+  bool filtered_;  ///< true if a state is a velocity
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A run of a log as training reads it: columns to channels, angles unwrapped, velocities by the zero-phase filter, time
-// from the first sample, and a weight of 0 where the truth does not count.
+// Reads a run of a log for training: columns as channels, angles unwrapped, velocities by the zero-phase filter, time
+// from the first sample, and a weight of 0 if the truth does not count.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,8 @@
 
 namespace nlo::trainer {
 
-/// See load_logs(). `steps`: adds those of the columns read. Throws codegen::Error where no truth of the run counts.
+/// Loads one run, see load_logs(). `steps`: adds those of the columns read. Throws codegen::Error if no truth of the
+/// run counts.
 Trajectory load_run(const LogConfig& config, const LogSchema& schema, double sample_period_s, const LogFile& log,
                     const LogRun& run, std::vector<SuspiciousSteps>& steps);
 

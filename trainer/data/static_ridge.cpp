@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kBlock = 4096;  // samples at a time: their products take memory
+constexpr Index kBlock = 4096;  // samples at a time, because their products take memory
 
 }  // namespace
 
@@ -64,7 +64,7 @@ StaticRidge StaticRidge::fit(const Dataset& training, int samples, double ridge)
     result.mean_ /= count;
     result.scale_ = (result.scale_ / count - result.mean_.cwiseAbs2()).cwiseMax(1e-24).cwiseSqrt();
   }
-  // The products of many channels are many, and no better known by a million samples than by some.
+  // Many channels have many products, and a million samples determine them no better than some thousands.
   constexpr double kWork = 1e10;  // multiply-adds of the normal equations
   const double rows = static_cast<double>(result.mean_.size() * samples), phi = rows + rows * (rows + 1.0) / 2.0;
   const auto stride = std::max<Index>(1, static_cast<Index>(count * phi * phi / kWork));

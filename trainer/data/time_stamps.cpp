@@ -25,7 +25,7 @@ std::vector<double> steps_of(const std::vector<VectorXd>& times_s) {
   return steps;
 }
 
-/// Steps in periods: whole numbers, at least one.
+/// Returns the steps in periods: integers of at least one.
 VectorXd counts_of(const VectorXd& steps, double period_s) {
   VectorXd counts(steps.size() + 1);
   counts[0] = 0.0;
@@ -33,8 +33,8 @@ VectorXd counts_of(const VectorXd& steps, double period_s) {
   return counts;
 }
 
-/// The median of rounded steps may be off by the rounding (2.5 ms printed in ms: 2 or 3): the mean of all steps that
-/// miss no sample is not.
+/// Returns the mean of all steps that miss no sample. The median of rounded steps may be wrong by the rounding (2.5 ms
+/// printed in ms: 2 or 3).
 double mean_plain_step(const VectorXd& steps, double resolution_s) {
   std::vector<double> sorted(steps.begin(), steps.end());
   std::sort(sorted.begin(), sorted.end());
@@ -48,7 +48,7 @@ double mean_plain_step(const VectorXd& steps, double resolution_s) {
   return sum / count;
 }
 
-/// a is a whole multiple of b, to the rounding of a: its last bit, and some more for its computation.
+/// Returns true if a is a multiple of b up to the rounding of a: its last bit, and some more from its computation.
 bool is_multiple(double a, double b) {
   const double ratio = a / b;
   const double slack = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(ratio);
@@ -70,8 +70,8 @@ TimeGrid fit_time_grid(const VectorXd& time_s, double resolution_s) {
   grid.period_s = rest.dot(count) / count.squaredNorm();
   rest -= grid.period_s * count;
   grid.deviation_s = rest.cwiseAbs().maxCoeff();
-  // Rounding spreads the rest over one resolution, and tilts the fit by up to 1.5 resolutions over the log when it is
-  // no noise (7.5 ms printed in ms: ties). Stamps coarser than half a period cannot tell a missing sample.
+  // Rounding spreads the residual over one resolution. If it is not random (7.5 ms printed in ms: ties), it tilts the
+  // fit by up to 1.5 resolutions over the log. Stamps coarser than half a period cannot show a missing sample.
   grid.rounded = resolution_s > 0.0 && resolution_s <= 0.5 * grid.period_s &&
                  rest.maxCoeff() - rest.minCoeff() <= 1.5 * resolution_s;
   grid.regular = grid.rounded || grid.deviation_s <= kRegularJitter * grid.period_s;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kSketch = 16;
 
-/// Takes the text up to the next `separator`, or all of it, from the front.
+/// Takes the text up to the next `separator`, or the whole text, from the front.
 std::string_view take(std::string_view& text, char separator) {
   const std::size_t end = std::min(text.find(separator), text.size());
   const std::string_view part = text.substr(0, end);
@@ -42,7 +42,7 @@ TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& tr
   TrainingLogs result;
   for (const LogContent& content : contents) {
     const auto count = static_cast<std::ptrdiff_t>(std::min(kSketch, content.windows.size()));
-    // A fact of a model is UTF-8 in lines; names of files are any bytes.
+    // A fact of a model is UTF-8 text in lines, but names of files may have any bytes.
     result.logs.push_back(
         {ascii(content.name), content.rows, {content.windows.begin(), content.windows.begin() + count}});
   }
@@ -169,12 +169,12 @@ LogContent content_of(const LogFile& log, const std::vector<std::string>& headin
   if (content.rows < kContentWindow) return content;
   const std::vector<std::uint64_t> rows = row_hashes(log, headings);
   constexpr auto kWindow = static_cast<std::size_t>(kContentWindow);
-  // A polynomial in an odd base, modulo 2^64, rolls: each window costs one row.
+  // A rolling hash: a polynomial in an odd base, modulo 2^64. Each further window costs one row.
   constexpr std::uint64_t kBase = 0xd6e8feb86659fd93u;
   std::uint64_t leaving = 1;
   for (std::size_t i = 0; i < kWindow; ++i) leaving *= kBase;
   std::uint64_t hash = 0;
-  std::size_t changes = 0;  // rows of the window that differ from the one before, its first left out
+  std::size_t changes = 0;  // rows of the window, except the first, that differ from the row before
   for (std::size_t k = 0; k < rows.size(); ++k) {
     hash = hash * kBase + rows[k] - (k >= kWindow ? leaving * rows[k - kWindow] : 0);
     if (k > 0 && rows[k] != rows[k - 1]) ++changes;

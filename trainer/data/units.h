@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The units that columns of logs and channels of models may have, one row each,
-// and conversions between those of one kind:
+// The units of log columns and model channels, one row each, and conversions between units of one kind:
 //   value in the kind's base unit = scale * value + offset
 #pragma once
 
@@ -12,7 +11,7 @@
 namespace nlo::trainer {
 
 struct Unit {
-  std::string_view name;  ///< as it is written: "m/s^2", "m/s2"; several rows may mean the same
+  std::string_view name;  ///< spelling: "m/s^2", "m/s2"; several rows may have the same meaning
   std::string_view kind;  ///< "length", "speed", "temperature", ...
   double scale = 1.0;
   double offset = 0.0;  ///< for temperatures: 0 degC is 273.15 K
@@ -20,10 +19,10 @@ struct Unit {
 
 std::span<const Unit> unit_table();
 
-/// Whether `unit` is "deg" or the degree sign.
+/// Returns true if `unit` is "deg" or the degree sign.
 bool is_degrees(std::string_view unit);
 
-/// Null when the table has no such name; upper and lower case differ (mPa, MPa).
+/// Returns null if the table does not have the name. Upper and lower case differ (mPa, MPa).
 const Unit* find_unit(std::string_view name);
 
 /// value in the second unit = scale * value in the first + offset
@@ -33,10 +32,10 @@ struct Conversion {
   double operator()(double value) const { return scale * value + offset; }
 };
 
-/// From one unit to another of the same kind; exactly 1 and 0 where they are the same. Both are rows of the table.
+/// Returns the conversion between two units of the same kind, rows of the table; exactly 1 and 0 if they are the same.
 Conversion conversion(const Unit& from, const Unit& to);
 
-/// The kind of the rate of change: "speed" of "length"; empty when the table has none.
+/// Returns the kind of the rate of change: "speed" for "length"; empty if the table has none.
 std::string_view kind_of_rate(std::string_view kind);
 
 /// Relation of two texts as units.
@@ -46,7 +45,7 @@ enum class UnitsAre { kTheSame, kConvertible, kOfDifferentKinds, kUnknown };
 /// for kTheSame and kConvertible.
 UnitsAre compare_units(std::string_view from, std::string_view to, Conversion& conversion);
 
-/// "\"deg\" (angle)", or "\"foo\"" when the table has no such unit.
+/// Returns "\"deg\" (angle)", or "\"foo\"" if the table does not have the unit.
 std::string with_kind(std::string_view unit);
 
 }  // namespace nlo::trainer

@@ -14,7 +14,8 @@ namespace {
 
 using codegen::Error;
 
-/// In place, transposed direct form II, started in the steady state of the first sample: no transient on a constant.
+/// Filters in place, in transposed direct form II. It starts in the steady state of the first sample, so that a
+/// constant has no transient.
 void filter_in_place(const FilterSection& s, Eigen::Ref<Eigen::VectorXd> x) {
   const double gain = (s.b0 + s.b1 + s.b2) / (1.0 + s.a1 + s.a2);
   double second = (s.b2 - s.a2 * gain) * x[0];
@@ -95,7 +96,7 @@ Eigen::VectorXd interpolate(const Eigen::VectorXd& time, const Eigen::VectorXd& 
 Eigen::VectorXd zero_phase_velocity(const VelocityFilterConfig& config, const Eigen::VectorXd& time_s,
                                     const Eigen::VectorXd& position, double sample_period_s) {
   const double start = time_s[0], duration = time_s[time_s.size() - 1] - start;
-  // The grid ends on the last sample: its step is the nominal one to within half a step in the whole log.
+  // The grid ends at the last sample. Its step equals the nominal one to within half a step over the whole log.
   const auto steps = static_cast<Eigen::Index>(std::max(1.0, std::round(duration / sample_period_s)));
   const double h = duration / static_cast<double>(steps);
   const Eigen::VectorXd grid = Eigen::VectorXd::LinSpaced(steps + 1, start, start + duration);

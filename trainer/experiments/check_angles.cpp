@@ -25,7 +25,7 @@ Angle angle_of_column(const ColumnConfig& column) {
   return {column.name, column.encoding == Encoding::kSincos};
 }
 
-/// The angles of one side of a plant; `only`: names of those that count, empty: all.
+/// Returns the angles among the outputs or the states of a plant. If `only` is not empty, only those named in it count.
 std::vector<Angle> plant_angles(const std::vector<Channel>& channels, const std::vector<Encoding>& encodings,
                                 const std::vector<std::string>& only = {}) {
   std::vector<Angle> angles;
@@ -37,7 +37,7 @@ std::vector<Angle> plant_angles(const std::vector<Channel>& channels, const std:
   return angles;
 }
 
-/// When y turns by 2 pi, so does z, if its DC gain is one; then z - y never sees the turn.
+/// When y turns by 2 pi, z must turn by 2 pi, too, so that z - y does not change. This needs a DC gain of one.
 void check_outputs(const ObserverConfig& o, const std::vector<Angle>& outputs, const std::string& mend) {
   for (const auto& [name, sincos] : outputs) {
     if (sincos) continue;
@@ -58,8 +58,8 @@ void check_outputs(const ObserverConfig& o, const std::vector<Angle>& outputs, c
   }
 }
 
-/// T* of an unwrapped angle reads z - y, which does not know the angle itself; T(x) reads states, which must come back
-/// when the plant does.
+/// T* of an unwrapped angle reads z - y, from which the angle itself cannot be computed. T(x) reads states, which must
+/// return to the same values when the plant does.
 void check_plant_states(const Experiment& e, const PlantChannels& channels, const std::vector<Angle>& outputs,
                         const std::vector<Angle>& states) {
   const auto unwrapped = [](const Angle& angle) { return !angle.sincos; };

@@ -52,7 +52,7 @@ void check_amplitude(const ExcitationConfig& excitation, const std::vector<codeg
                                                shortest_text(amplitude[0]), shortest_text(amplitude[1])));
   for (std::size_t j = 0; j < inputs.size(); ++j) {
     const double half = 0.5 * excitation.high[j] - 0.5 * excitation.low[j];
-    constexpr double kRounding = 1e-12;  // relative to the half range, which is not exact: 0.1 to 0.7 has 0.3
+    constexpr double kRounding = 1e-12;  // relative to the half range, which is rounded: 0.1 to 0.7 gives 0.3
     if (amplitude[1] > half * (1.0 + kRounding))
       refuse_excitation("amplitude", fmt::format("[1] is {}; about the middle of the range of {} there is room for {}",
                                                  shortest_text(amplitude[1]), inputs[j].name, shortest_text(half)));
@@ -83,7 +83,7 @@ void check_log(const ExcitationConfig& excitation, const std::vector<codegen::Ch
                                                  excitation.log_columns.size(), inputs.size()));
 }
 
-/// Refuses settings of training that drawn runs cannot satisfy.
+/// Refuses settings of training that runs with drawn inputs or parameters cannot satisfy.
 void check_use(const Experiment& e) {
   const char* drawn = e.excitation                          ? "[excitation]"
                       : !e.simulation.process_noise.empty() ? "[simulation] process_noise"

@@ -45,7 +45,7 @@ void check_names(const Plant& plant) {
                                   input.name));
 }
 
-/// Checks the requirements of the loop on the observer and on training.
+/// Checks what the closed loop requires of the observer and of the training.
 void check_loop(const Experiment& e) {
   for (const auto* encodings : {&e.plant->state_encodings, &e.plant->output_encodings})
     if (std::find(encodings->begin(), encodings->end(), Encoding::kSincos) != encodings->end())

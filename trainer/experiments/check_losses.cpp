@@ -13,17 +13,17 @@ namespace nlo::trainer {
 
 namespace {
 
-/// Checks the requirements of a term with a weight on the observer and on the data.
+/// Checks what a term with a weight requires of the observer and of the data.
 void check_term(const LossTerm& term, const Experiment& e) {
   const std::string key = fmt::format("loss.{}", term.name);
   if (term.needs_eigenvalues && !structure_of(e.observer).has_eigenvalues())
-    throw KeyError(key, fmt::format("[loss] {} is about D and T of a KKL observer; structure = \"{}\" has none",
+    throw KeyError(key, fmt::format("[loss] {} needs D and T of a KKL observer, which structure = \"{}\" does not have",
                                     term.name, e.observer.structure));
   if (term.needs_equations && e.log)
-    throw KeyError(key, fmt::format("[loss] {} needs f and h; logs know no plant: remove it", term.name));
+    throw KeyError(key, fmt::format("[loss] {} needs f and h; logs have no plant: remove it", term.name));
 }
 
-/// The box of collocation points: there, and as wide as the plant has states.
+/// Checks that the box of collocation points is given and has an interval for each state of the plant.
 void check_collocation(const Experiment& e) {
   const LossConfig& l = e.loss;
   const bool box = l.collocation == EquationPoints::kBox;
@@ -57,12 +57,12 @@ void check_losses(const Experiment& e) {
   if (!learns) throw KeyError("loss", "[loss] every weight is zero: there is nothing to learn; leave state_error at 1");
   if (structure_of(e.observer).flies_forward_map() && !needs_forward_map(e.loss))
     throw KeyError("observer.structure",
-                   fmt::format("[observer] structure = \"{}\" flies T, and no loss trains it; set [loss] "
+                   fmt::format("[observer] structure = \"{}\" needs T in flight, but no loss trains it; set [loss] "
                                "map_consistency = 1.0",
                                e.observer.structure));
   if (uses_forward_map(e) && !e.observer.clocks_s.empty())
     throw KeyError("observer.clocks_s",
-                   "[observer] clocks_s are no function of the state, so T cannot give them; remove them, or "
+                   "[observer] clocks_s are not functions of the state, so T cannot return them; remove them, or "
                    "the losses of T");
   if (uses_forward_map(e) && observer_channels(e).read_inputs > 0)
     throw KeyError("loss",

@@ -18,7 +18,7 @@ namespace {
   throw KeyError("training.mirror", "[training] mirror " + why);
 }
 
-/// A column and the column that it is the derivative of change their sign together.
+/// Checks that a column and the column whose derivative it is change their signs together.
 void check_derivatives(const std::vector<std::string>& odd, const LogConfig& log) {
   const auto is_odd = [&](const std::string& name) { return std::ranges::find(odd, name) != odd.end(); };
   for (const ColumnConfig& column : log.columns)

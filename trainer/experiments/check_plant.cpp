@@ -33,7 +33,7 @@ void check_box(const SimulationConfig& s, std::size_t nx) {
                                        shortest_text(s.initial_high[i]), shortest_text(s.initial_low[i])));
 }
 
-/// Checks a list of states: each row has a number for each state.
+/// Checks a list of states: each row must have one number for each state.
 void check_rows(const char* key, const std::vector<std::vector<double>>& rows, std::size_t nx) {
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (rows[i].size() != nx)

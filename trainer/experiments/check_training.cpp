@@ -15,7 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// How many quantities are measured: an angle as sine and cosine is one.
+/// Returns the number of measured quantities. An angle as sine and cosine counts once.
 std::size_t sensors(const Experiment& e) {
   return e.plant ? make_plant(*e.plant)->outputs().size() : resolve_columns(*e.log).outputs.size();
 }
@@ -43,7 +43,7 @@ void check_input_noise(const Experiment& e) {
 void check_steps(const Experiment& e) {
   if (e.training.steps == 0 && !e.inverse_map.linear_path)
     throw KeyError("training.steps",
-                   "[training] steps = 0 ships what training begins with, which without a linear path is chance; set "
+                   "[training] steps = 0 ships the start of the training, which is random without a linear path; set "
                    "[inverse_map] linear_path = true, or steps");
 }
 
@@ -54,8 +54,7 @@ void check_training(const Experiment& e) {
   if (t.gradient != LatentGradient::kAutomatic)
     check_zero_start(e.observer, "a roll-out by gradient = \"backprop\" or \"adjoint\"");
   if (t.early_share > 0.0 && t.early_s == 0.0)
-    throw KeyError("training.early_share",
-                   "[training] early_share needs early_s, the time it speaks of; set both or none");
+    throw KeyError("training.early_share", "[training] early_share needs early_s, its time; set both or neither");
   if (t.segment_s == 0.0 && (t.first_segment_s > 0.0 || t.first_share > 0.0))
     throw KeyError(t.first_segment_s > 0.0 ? "training.first_segment_s" : "training.first_share",
                    "[training] first_segment_s and first_share are about random segments, and trajectories are taken "
@@ -103,7 +102,7 @@ void check_transient(const Experiment& e) {
                                how));
   if (t.early_share > 0.0)
     throw KeyError("training.early_share",
-                   fmt::format("[training] early_share asks for more of the transient that transient = "
+                   fmt::format("[training] early_share takes samples from the transient, which transient = "
                                "\"{}\" keeps out; remove one of them",
                                how));
   const double t_c = transient_time_s(e.observer, t.transient_factor);

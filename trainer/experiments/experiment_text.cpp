@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An experiment as text: its record in a model, and the help on its keys.
+// Writes an experiment as text: as its record in a model, and as the help on its keys.
 #include <fmt/format.h>
 
 #include "trainer/experiments/identify_keys.h"
@@ -18,7 +18,7 @@ std::string format_keys(const Section& section, std::string_view heading) {
   for (const auto& key : keys<Section>()) {
     const std::string value = key.show(section);
     if ((key.only_when_given || is_empty_value(value)) && value == key.show(Section{}))
-      continue;  // as good as not there, and no valid value for some
+      continue;  // same as a missing key; for some keys it is no valid value
     text += fmt::format("{} = {}\n", key.name, value);
   }
   return text;

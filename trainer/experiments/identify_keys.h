@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The keys of [identify]; those of the other sections are an experiment's.
+// The keys of [identify]. The other sections of an identification have the keys of an experiment.
 #pragma once
 
 #include <string_view>

@@ -27,7 +27,7 @@ bool is_same(const Channel& a, const Channel& b) {
   return a.name == b.name && a.unit == b.unit && a.wrap == b.wrap;
 }
 
-/// For each channel of the logs the row of the plant's that is the same one.
+/// Returns, for each channel of the logs, the row of the same channel in the plant.
 std::vector<Index> rows_of(const std::vector<Channel>& logs, const std::vector<Channel>& plant, std::string_view what) {
   std::vector<Index> rows;
   for (const Channel& channel : logs) {
@@ -52,7 +52,7 @@ MatrixXd rows(const MatrixXd& of, const std::vector<Index>& chosen) {
   return of(chosen, Eigen::all);
 }
 
-/// The experiment on the known plant alone, as if there were no logs.
+/// Returns the experiment on the known plant alone, as if there were no logs.
 Experiment on_known_plant(const Experiment& experiment) {
   Experiment alone = experiment;
   alone.plant = experiment.known->plant;
@@ -60,7 +60,7 @@ Experiment on_known_plant(const Experiment& experiment) {
   alone.excitation = experiment.known->excitation;
   alone.known.reset();
   alone.log.reset();
-  alone.training.segment_s = 0.0;  // it is for logs, which are longer
+  alone.training.segment_s = 0.0;  // it is meant for logs, which are longer
   return alone;
 }
 
@@ -83,7 +83,7 @@ void check_known_plant(const Experiment& experiment) {
   if (alone.simulation.share > 0.0) rows_of(schema.input_channels, plant->inputs(), "input");
 }
 
-// Without a share the plant is known to who asks for its equations: a prior.
+// With share = 0 the plant's equations are only used where they are asked for, as in a prior.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs) {
   if (!experiment.known || experiment.known->simulation.share == 0.0) return;
   Experiment alone = on_known_plant(experiment);

@@ -29,16 +29,19 @@ namespace {
 void check_sources(const Experiment& e, const Places& places) {
   if (e.name.empty()) throw KeyError("", "the experiment has no name; begin the file with name = \"my_observer\"");
   if (!e.plant && !e.log)
-    throw KeyError("", "neither [plant] nor [log]; say what to learn from: a plant to simulate, or logs");
-  if (e.log && e.excitation) throw KeyError("excitation", "[excitation] has no use for [log] alone; remove it");
+    throw KeyError("", "there is neither [plant] nor [log]; add one: a plant to simulate, or logs");
+  if (e.log && e.excitation) throw KeyError("excitation", "[excitation] is not used with [log] alone; remove it");
   if (e.log && e.feedback)
-    throw KeyError("feedback", "[feedback] simulates a loop, and logs are as they were recorded; remove it");
+    throw KeyError("feedback", "[feedback] simulates a loop, but the data are recorded logs; remove it");
   if (e.log && !e.known && places.has("simulation"))
-    throw KeyError("simulation", "[simulation] has no use for [log] alone; add the [plant] to simulate, or remove it");
+    throw KeyError("simulation",
+                   "[simulation] is not used with [log] alone; add the [plant] to simulate, or remove it");
   for (const char* key : {"noise", "share"})
     if (!e.known && places.has(fmt::format("simulation.{}", key)))
-      throw KeyError(fmt::format("simulation.{}", key),
-                     fmt::format("[simulation] {} is of runs beside a [log]; [training] has that of a plant's", key));
+      throw KeyError(
+          fmt::format("simulation.{}", key),
+          fmt::format("[simulation] {} is for simulated runs with a [log]; for a plant alone set it in [training]",
+                      key));
 }
 
 void check_log(const Experiment& e) {
@@ -54,7 +57,7 @@ void check_log(const Experiment& e) {
   resolve_columns(log);
 }
 
-/// A key of another structure has no use here: it was meant for that one.
+/// Refuses a key that belongs to another structure, because this structure would ignore it.
 void check_observer(const Experiment& e) {
   const ObserverConfig& o = e.observer;
   const TrainableStructure& structure = structure_of(o);
@@ -110,14 +113,14 @@ void check_experiment(const Experiment& e, const Places& places) try {
   throw codegen::Error(fmt::format("{}: {}", places.of(error.key()), error.what()));
 }
 
-/// A KKL observer without eigenvalues is left to a recipe;
-/// other structures have defaults that suit no plant in particular.
+/// Returns true for a KKL observer without eigenvalues, which a recipe derives. Other structures have defaults that
+/// suit any plant.
 bool is_draft(const Experiment& experiment, const Places& places) {
   return experiment.observer.structure == ObserverConfig{}.structure && experiment.observer.eigenvalues.empty() &&
          experiment.observer.pairs.empty() && !places.has("observer.eigenvalues") && !places.has("observer.pairs");
 }
 
-/// Whether an output is an angle that turns: z has to turn with it.
+/// Returns true if an output is an angle that turns. z must turn with it.
 bool follows_an_angle(const Experiment& e) {
   const auto turns = [](double wrap, Encoding encoding) { return wrap > 0.0 && encoding == Encoding::kUnwrap; };
   if (e.log)
@@ -132,9 +135,9 @@ bool follows_an_angle(const Experiment& e) {
   return false;
 }
 
-/// Sets missing keys that the checks require of any observer of this data.
+/// Sets missing keys that the checks require of any observer, so that a draft can be checked.
 void stand_in(Experiment& e, const Places& places) {
-  constexpr double kSlow = 0.05;  // share of the sample rate; stable by any hold
+  constexpr double kSlow = 0.05;  // as a share of the sample rate; stable with any hold
   const double period_s = e.plant ? e.simulation.sample_period_s : e.log ? e.log->sample_period_s : 0.0;
   e.observer.eigenvalues = {-kSlow / (period_s > 0.0 ? period_s : 1.0)};
   if (!follows_an_angle(e)) return;
@@ -198,7 +201,7 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   DraftExperiment draft = parse_draft(text, filename, overrides);
   if (draft.complete) return std::move(draft.experiment);
   draft.experiment.observer.eigenvalues.clear();
-  check_experiment(draft.experiment, draft.given);  // names the missing key
+  check_experiment(draft.experiment, draft.given);  // the error names the missing key
   return std::move(draft.experiment);
 }
 
@@ -218,7 +221,7 @@ LogConfig read_log_columns(const std::string& path) {
   Places places(path);
   SectionTables reader(path, places);
   for (const auto& [name, value] : members_in_order(root))
-    if (name != "log" && name != "name")  // nlo new log names its file
+    if (name != "log" && name != "name")  // `nlo new log` writes the name into its file
       throw codegen::Error(fmt::format("{}: {} has no use in a table of columns; it holds [[log.columns]] alone",
                                        reader.place(*value), toml_text(name)));
   const Toml* table = reader.section(root, "log", "log");

@@ -58,7 +58,7 @@ void check_names(const Identification& i, const ParametricPlant& plant, const Lo
           "is neither an output of the plant nor a logged state");
   for (const std::string& output : plant.outputs())
     if (!has(fitted, output))
-      throw KeyError("identify", fmt::format("[identify] noise says nothing of the output \"{}\"; give its standard "
+      throw KeyError("identify", fmt::format("[identify] noise does not have the output \"{}\"; give its standard "
                                              "deviation: noise = {{ {} = 0.01 }}",
                                              output, output));
   require(i.identify.fixed, plant.parameters(), "identify.fixed", "[identify] fixed",
@@ -79,10 +79,10 @@ void check_values(const Identification& i, const ParametricPlant& plant) {
                                                      name, value));
   for (const auto& [name, range] : i.plant.parameter_ranges)
     if (!(range[0] < range[1]))
-      throw KeyError("plant.parameters", fmt::format("[plant] parameters.{} = [{}, {}] leaves it no room; widen it",
-                                                     name, range[0], range[1]));
+      throw KeyError("plant.parameters",
+                     fmt::format("[plant] parameters.{} = [{}, {}] is too narrow; widen it", name, range[0], range[1]));
   if (i.identify.fixed.size() >= plant.parameters().size())
-    throw KeyError("identify.fixed", "[identify] fixed holds every parameter; leave out what is to be found");
+    throw KeyError("identify.fixed", "[identify] fixed has all parameters; leave out those to be found");
   if (i.identify.from_s.empty()) throw KeyError("identify.from_s", "[identify] from_s is empty; write [0.0]");
 }
 
@@ -110,9 +110,9 @@ Identification parse_identification(std::string_view text, const std::string& fi
   reader.read(root, "", result, {"plant", "log", "identify", "evaluation"});
   for (const char* section : {"plant", "log", "identify"})
     if (!root.contains(section))
-      throw codegen::Error(fmt::format("{}: there is no [{}]; an identification has [plant], [log] and [identify]{}",
-                                       filename, section,
-                                       root.contains("observer") ? "; what trains an observer is another file" : ""));
+      throw codegen::Error(
+          fmt::format("{}: there is no [{}]; an identification has [plant], [log] and [identify]{}", filename, section,
+                      root.contains("observer") ? "; the training of an observer needs another file" : ""));
   reader.read_if_there(root, "plant", result.plant);
   if (const Toml* table = reader.section(root, "log", "log")) result.log = read_log_section(reader, *table);
   reader.read_if_there(root, "identify", result.identify);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the file of an identification to a checked value.
+// Reads the file of an identification into a checked value.
 #pragma once
 
 #include <span>
@@ -12,8 +12,8 @@
 
 namespace nlo::trainer {
 
-/// Reads and checks it. `overrides`: --set SECTION.KEY=VALUE. Throws codegen::Error: `FILE:LINE: reason; remedy`, for
-/// unknown keys, expressions that do not compile, and names of the plant that no column of the logs has.
+/// Reads and checks an identification. `overrides`: --set SECTION.KEY=VALUE. Throws codegen::Error, `FILE:LINE: reason;
+/// remedy`, for unknown keys, expressions that do not compile, and names of the plant that no column of the logs has.
 Identification read_identification(const std::string& path, const std::vector<std::string>& overrides = {});
 Identification parse_identification(std::string_view text, const std::string& filename,
                                     const std::vector<std::string>& overrides = {});
@@ -21,7 +21,7 @@ Identification parse_identification(std::string_view text, const std::string& fi
 /// The identifications that the program contains: trainer/experiments/identify/*.toml by their names.
 std::span<const ShippedExperiment> shipped_identifications();
 
-/// Every key that an experiment has not, with its type, default and meaning, for people.
+/// Returns a text for users with every key that only identifications have, its type, default and meaning.
 std::string describe_identify_keys();
 
 }  // namespace nlo::trainer

@@ -12,7 +12,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// Computed outputs included: their sign follows from the channels that they are computed from.
+/// Returns the odd columns, including computed outputs, whose sign follows from the channels that they are computed
+/// from.
 std::vector<std::string> odd_columns(const LogConfig& log) {
   std::vector<std::string> odd;
   for (const ColumnConfig& column : log.columns)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [training] mirror of an experiment.
+// The channels that [training] mirror reverses.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace nlo::trainer {
 
-/// The names of the channels that change their sign in a mirror image: all except those that are declared even. Empty
-/// unless [training] mirror is set.
+/// Returns the names of the channels that change their sign in a mirror image: all except those that are declared even.
+/// Empty unless [training] mirror is set.
 std::vector<std::string> mirrored_channels(const Experiment& experiment);
 
 }  // namespace nlo::trainer

@@ -6,10 +6,10 @@
 
 namespace nlo::trainer {
 
-/// The channels of an experiment's observer, whose plant or columns are valid.
+/// Counts the channels of an experiment's observer. The plant or the columns must be valid.
 ChannelCounts observer_channels(const Experiment& experiment);
 
-/// Whether an experiment has the forward map T: its structure flies it, or a loss is about it.
+/// Returns true if an experiment has the forward map T, because its structure uses T in flight or a loss contains T.
 bool uses_forward_map(const Experiment& experiment);
 
 }  // namespace nlo::trainer

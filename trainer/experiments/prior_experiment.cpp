@@ -95,7 +95,7 @@ class Columns {
     return std::ranges::find(names, name) != names.end();
   }
 
-  /// Whether it is an output of the logs that the plant does not have.
+  /// Returns true for an output of the logs that the plant does not have.
   bool is_left_out(const ColumnConfig& column) const {
     return column.role == ColumnRole::kOutput && column.expression.empty() && !has(plant_.output_names, column.name);
   }
@@ -148,7 +148,7 @@ class Columns {
   std::vector<std::string> without_;
 };
 
-/// The plant with these values of its parameters.
+/// Returns the plant with these values of its parameters.
 PlantConfig identified_plant(const PlantConfig& plant, const Eigen::VectorXd& parameters) {
   PlantConfig result = plant;
   result.parameter_ranges.clear();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From an identification to the experiment that trains an observer with a prior (codegen/model/prior.h) of the
-// identified plant on the same logs.
+// Makes the experiment that trains an observer with a prior (codegen/model/prior.h) from the identified plant, on the
+// same logs.
 #pragma once
 
 #include <Eigen/Core>

@@ -13,23 +13,23 @@
 namespace nlo::trainer {
 namespace {
 
-/// Keys of a section that is only a network.
+/// Keys of a section that only configures a network.
 template <class Section>
 std::vector<Key<Section>> network_keys() {
   return {
       key("hidden", &Section::hidden, between(1, 4096), "widths of the hidden layers"),
-      key("activation", &Section::activation, one_of(codegen::activation_names()), "of the hidden layers"),
+      key("activation", &Section::activation, one_of(codegen::activation_names()), "activation of the hidden layers"),
   };
 }
 
-/// One that older experiments do not have.
+/// A key that records of older experiments do not have.
 template <class Section>
 Key<Section> only_when_given(Key<Section> key) {
   key.only_when_given = true;
   return key;
 }
 
-/// Numbers and words that stand for no value; a text that reads as a number is one.
+/// Numbers and words that mean "no value". A text that reads as a number counts as that number.
 template <class Section>
 Key<Section> missing_key(std::string meaning) {
   return only_when_given<Section>({"missing", "[number or text, ...]", std::move(meaning),
@@ -52,7 +52,7 @@ Key<Section> missing_key(std::string meaning) {
                                    [](const Section& section) { return show_cells(section.missing); }});
 }
 
-/// Full turns, one for each state or output.
+/// A full turn for each state or output.
 Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*field, std::string meaning) {
   return {
       std::move(name), "[number >= 0, \"2pi\" or \"360deg\", ...]", std::move(meaning),
@@ -60,32 +60,38 @@ Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*f
       [=](const PlantConfig& plant) { return show_value(plant.*field); }};
 }
 
-/// Numbers, and ranges that runs draw from.
+/// Fixed numbers, and ranges from which each run draws its own value.
 Key<PlantConfig> parameters_key() {
-  return {"parameters", "{ NAME = number or [low, high], ... }",
-          "of the expressions or of the built-in plant; a range: drawn for each trajectory",
-          [](PlantConfig& plant, const Toml& value, const std::string& where) {
-            read_parameters(value, where, plant.parameters, plant.parameter_ranges);
-          },
-          [](const PlantConfig& plant) { return show_parameters(plant.parameters, plant.parameter_ranges); }};
+  return {
+      "parameters", "{ NAME = number or [low, high], ... }",
+      "parameters of the expressions or of the built-in plant; a parameter with a range is drawn for each trajectory",
+      [](PlantConfig& plant, const Toml& value, const std::string& where) {
+        read_parameters(value, where, plant.parameters, plant.parameter_ranges);
+      },
+      [](const PlantConfig& plant) { return show_parameters(plant.parameters, plant.parameter_ranges); }};
 }
 
-/// Keys of [observer] that every structure has. A structure's module has its own keys.
+/// Keys of [observer] that every structure has. The others are in the module of each structure.
 std::vector<Key<ObserverConfig>> common_observer_keys() {
   using O = ObserverConfig;
   return {
       key("structure", &O::structure, one_of(structure_names()), "equations of the observer"),
-      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output and input"),
-      key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
-      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
+      key("eigenvalues", &O::eigenvalues, negative(),
+          "real eigenvalues of D [1/s], repeated for each output and input"),
+      key("pairs", &O::pairs, any(),
+          "complex eigenvalues [re, im] of D [1/s], re < 0 < im, repeated for each output and input"),
+      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "true: training changes the eigenvalues"),
       key("output_injection", &O::output_injection, names_of<Injection>(),
           "F; unit_gain: F = -lambda, so that z settles at y"),
-      key("hold", &O::hold, names_of<Hold>(), "what y does between samples"),
-      key("start", &O::start, names_of<LatentStart>(), "z(0); steady: where z would settle at the first output"),
-      key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
-      key("features", &O::features, names_of<FeatureSet>(), "what T* reads: z; z and y; z - y and y (angles need it)"),
+      key("hold", &O::hold, names_of<Hold>(), "course of y between samples"),
+      key("start", &O::start, names_of<LatentStart>(), "z(0); steady: the steady state of the first output"),
+      key("clocks_s", &O::clocks_s, positive(),
+          "time constants tau of further inputs exp(-t / tau) of T* [s], which show the time since the start"),
+      key("features", &O::features, names_of<FeatureSet>(),
+          "readings of T*: z; z and y; z - y and y (necessary for angles)"),
       key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
-          "of known inputs: the u given has acted since the last sample, or runs as y does"),
+          "course of known inputs: zero_order: the given u has acted since the last sample; first_order: u is "
+          "interpolated like y"),
   };
 }
 
@@ -106,9 +112,10 @@ template <>
 const std::vector<Key<Experiment>>& keys() {
   using E = Experiment;
   static const std::vector<Key<E>> kKeys = {
-      key("name", &E::name, identifiers(), "names the model and what is exported"),
-      key("seed", &E::seed, at_least(0), "of the initial states, the weights, the noise and the samples"),
-      key("threads", &E::threads, between(0, 1024), "0: all cores; the bytes of a run do not depend on it"),
+      key("name", &E::name, identifiers(), "name of the model and its exports"),
+      key("seed", &E::seed, at_least(0), "seed of the initial states, the weights, the noise and the samples"),
+      key("threads", &E::threads, between(0, 1024),
+          "number of threads; 0: all cores; the bytes of a run do not depend on it"),
   };
   return kKeys;
 }
@@ -117,24 +124,26 @@ template <>
 const std::vector<Key<PlantConfig>>& keys() {
   using P = PlantConfig;
   static const std::vector<Key<P>> kKeys = {
-      key("model", &P::model, any(), "a built-in plant; or leave it out and give equations"),
+      key("model", &P::model, any(), "name of a built-in plant; leave it out if you give equations"),
       key("states", &P::states, identifiers(), "names of the states"),
-      key("state_units", &P::state_units, any(), "one for each state, if they have any"),
+      key("state_units", &P::state_units, any(), "units of the states, one for each"),
       key("derivative", &P::derivative, any(), "dx/dt, an expression for each state over states, parameters, inputs"),
-      key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
-      key("output_units", &P::output_units, any(), "one for each output, if they have any"),
+      key("output_names", &P::output_names, identifiers(), "names of the outputs; if not given: y, or y1, y2, ..."),
+      key("output_units", &P::output_units, any(), "units of the outputs, one for each"),
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
       wraps_key("state_wraps", &P::state_wraps, "full turns of angles in their units, one for each state; 0: no angle"),
       wraps_key("output_wraps", &P::output_wraps, "the same, one for each output"),
       key("state_encodings", &P::state_encodings, names_of<Encoding>(),
-          "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
+          "encodings of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
       key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
-      key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
-      key("even", &P::even, identifiers(), "names of the states, outputs and inputs that mirror leaves as they are"),
-      key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; at 0 without [excitation]"),
-      key("input_units", &P::input_units, any(), "one for each input, if they have any"),
+      key("estimated", &P::estimated, identifiers(), "names of the states to estimate; if not given: all"),
+      key("even", &P::even, identifiers(),
+          "names of the states, outputs and inputs that keep their sign in the mirror image"),
+      key("inputs", &P::inputs, identifiers(), "names of the inputs u; they are 0 without [excitation]"),
+      key("input_units", &P::input_units, any(), "units of the inputs, one for each"),
       key("input_field", &P::input_field, any(),
-          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input; or derivative names the inputs"),
+          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input; leave it out if derivative uses the "
+          "inputs"),
       parameters_key(),
   };
   return kKeys;
@@ -145,21 +154,25 @@ const std::vector<Key<SimulationConfig>>& keys() {
   using S = SimulationConfig;
   static const std::vector<Key<S>> kKeys = {
       key("horizon_s", &S::horizon_s, positive(), "length of a trajectory [s]"),
-      key("sample_period_s", &S::sample_period_s, positive(), "of the observer and of the simulation (RK4) [s]"),
-      key("trajectories", &S::trajectories, between(1, 1e6), "how many are simulated to train on"),
+      key("sample_period_s", &S::sample_period_s, positive(),
+          "sample period of the observer and of the simulation (RK4) [s]"),
+      key("trajectories", &S::trajectories, between(1, 1e6), "number of simulated trajectories for the training"),
       key("initial_distribution", &S::initial_distribution, names_of<InitialDistribution>(),
-          "over the box; gaussian: its centre, half widths = 1 sigma; circle: initial_axes; list: initial_states"),
+          "distribution of initial states: uniform over the box; gaussian about its centre, with its half widths as "
+          "standard deviations; circle: see initial_axes; list: see initial_states"),
       key("initial_low", &S::initial_low, any(), "lower corner of the training box, one number for each state"),
-      key("initial_high", &S::initial_high, any(), "its upper corner; where both are equal, the state starts there"),
-      key("initial_centre", &S::initial_centre, any(), "circle: its centre, one number for each state (the origin)"),
+      key("initial_high", &S::initial_high, any(),
+          "upper corner of the training box; a state with equal limits starts there"),
+      key("initial_centre", &S::initial_centre, any(),
+          "circle: its centre, one number for each state; if not given: the origin"),
       key("initial_axes", &S::initial_axes, any(), "circle: two half axes, each with one number for each state"),
-      key("initial_states", &S::initial_states, any(),
-          "list: states to start from, each as often as the others; one alone: always there"),
+      key("initial_states", &S::initial_states, any(), "list: initial states, each used equally often"),
       key("process_noise", &S::process_noise, at_least(0),
-          "white noise on dx/dt, its standard deviation per sqrt(s), one for each state; none unless given"),
+          "standard deviation of white noise on dx/dt per sqrt(s), one for each state; if not given: none"),
       only_when_given(key("noise", &S::noise, any(),
-                          "beside [log]: noise of the sensors of simulated runs; a list: one for each output")),
-      only_when_given(key("share", &S::share, share_below_one(), "beside [log]: of a step's segments, simulated ones")),
+                          "with [log]: noise of the sensors of simulated runs; a list: one for each output")),
+      only_when_given(key("share", &S::share, share_below_one(),
+                          "with [log]: share of the segments of a step that come from simulated runs")),
   };
   return kKeys;
 }
@@ -168,12 +181,14 @@ template <>
 const std::vector<Key<LogConfig>>& keys() {
   using L = LogConfig;
   static const std::vector<Key<L>> kKeys = {
-      key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: that of the time stamps"),
+      key("sample_period_s", &L::sample_period_s, at_least(0),
+          "nominal sample period [s]; 0: taken from the time stamps"),
       only_when_given(key(
           "every", &L::every, between(1, 1000),
-          "the observer is given each n-th row; sample_period_s is of those rows, velocities are computed from all")),
+          "the observer gets every n-th row; sample_period_s is the period of these rows; velocities are computed from "
+          "all rows")),
       only_when_given<L>({"separator", "\",\", \";\", \"tab\" or \"space\"",
-                          "between the cells of a row; space: any number of them",
+                          "separator between the cells of a row; space: any number of spaces",
                           [](L& log, const Toml& value, const std::string& where) {
                             if (value.is_string() && value.as_string().str == "\t")
                               log.separator = "tab";
@@ -181,13 +196,13 @@ const std::vector<Key<LogConfig>>& keys() {
                               read_value(value, where, one_of({",", ";", "tab", "space"}), log.separator);
                           },
                           [](const L& log) { return show_value(log.separator); }}),
-      only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "what separates the decimals of a number")),
-      missing_key<L>("numbers and words in cells that stand for no value, of all columns: [-9999, \"ERR\"]"),
+      only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "decimal mark of numbers")),
+      missing_key<L>("numbers and words in cells of any column that mean \"no value\": [-9999, \"ERR\"]"),
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
-      key("validation_files", &L::validation_files, any(), "the same, for the errors shown while training"),
-      key("test_files", &L::test_files, any(), "the same, for the report; never seen by training"),
+      key("validation_files", &L::validation_files, any(), "the same, for the errors that are shown during training"),
+      key("test_files", &L::test_files, any(), "the same, for the report; training never uses them"),
   };
   return kKeys;
 }
@@ -196,34 +211,35 @@ template <>
 const std::vector<Key<ColumnConfig>>& keys() {
   using C = ColumnConfig;
   static const std::vector<Key<C>> kKeys = {
-      key("name", &C::name, identifiers(), "in reports and in the exported header"),
-      key("column", &C::column, any(), "its heading in the file; the same as name unless given"),
-      key("role", &C::role, names_of<ColumnRole>(), "what the column is"),
-      key("unit", &C::unit, any(), "of the values that the observer has: \"rad/s\"; of the time: s, ms, us or ns"),
+      key("name", &C::name, identifiers(), "name in reports and in the exported header"),
+      key("column", &C::column, any(), "heading of the column in the file; if not given: name"),
+      key("role", &C::role, names_of<ColumnRole>(), "role of the column"),
+      key("unit", &C::unit, any(), "unit of the observer's values: \"rad/s\"; for the time: s, ms, us or ns"),
       only_when_given(
           key("file_unit", &C::file_unit, any(),
-              "of the cells, where it is another one of the same kind (cm for m, deg for rad): they convert")),
-      only_when_given(key("scale", &C::scale, any(), "value = scale * cell + offset, before file_unit converts")),
-      only_when_given(key("offset", &C::offset, any(), "the same")),
-      missing_key<C>("numbers and words in its cells that stand for no value, beside those of [log]: [-9999]"),
+              "unit of the cells, if it is another one of the same kind (cm for m, deg for rad); cells are converted")),
+      only_when_given(key("scale", &C::scale, any(), "value = scale * cell + offset, before the conversion of units")),
+      only_when_given(key("offset", &C::offset, any(), "see scale")),
+      missing_key<C>("numbers and words in its cells that mean \"no value\", in addition to those of [log]: [-9999]"),
       {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
        [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
        [](const C& c) { return show_value(c.wrap); }},
-      key("encoding", &C::encoding, names_of<Encoding>(), "of an angle; sincos: two channels NAME_sin and NAME_cos"),
-      key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
+      key("encoding", &C::encoding, names_of<Encoding>(),
+          "encoding of an angle; sincos: two channels NAME_sin and NAME_cos"),
+      key("derivative_of", &C::derivative_of, any(), "name of the column of which this state is the derivative"),
       only_when_given(key("expression", &C::expression, any(),
-                          "an output that is computed of others and of inputs, in flight too: \"speed * rate\"; + - *, "
-                          "powers to 4, numbers")),
+                          "expression of an output that is computed from other outputs and inputs, also in flight: "
+                          "\"speed * rate\"; it may have + - *, powers up to 4, and numbers")),
       only_when_given(
           key("period_s", &C::period_s, at_least(0),
               "period of an output that is slower than the rows [s]: between its samples its last value is held, "
               "and the status in flight is kOk")),
       key("odd", &C::odd, any(),
-          "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
+          "true: the mirror image changes its sign; false (a temperature, a forward speed): it does not"),
       only_when_given<C>(
           {"delay_s", "number >= 0, or \"estimate\"",
-           "of an input: how much later than the column says the plant sees it [s]; estimate: found in the training "
-           "logs",
+           "delay of an input: the plant gets it this much later than the column says [s]; estimate: found in the "
+           "training logs",
            [](C& c, const Toml& value, const std::string& where) { read_delay(value, where, c.delay_s, c.find_delay); },
            [](const C& c) { return c.find_delay ? show_value(std::string("estimate")) : show_value(c.delay_s); }}),
   };
@@ -234,9 +250,9 @@ template <>
 const std::vector<Key<VelocityFilterConfig>>& keys() {
   using V = VelocityFilterConfig;
   static const std::vector<Key<V>> kKeys = {
-      key("order", &V::order, between(1, 8), "of the Butterworth low-pass, run forwards and backwards"),
-      key("cutoff_hz", &V::cutoff_hz, positive(), "its cut-off [Hz]"),
-      key("mask_edges_s", &V::mask_edges_s, at_least(0), "truth this near to either end of a log does not count [s]"),
+      key("order", &V::order, between(1, 8), "order of the Butterworth low-pass, which runs forward and backward"),
+      key("cutoff_hz", &V::cutoff_hz, positive(), "its cut-off frequency [Hz]"),
+      key("mask_edges_s", &V::mask_edges_s, at_least(0), "truth this close to an end of a log does not count [s]"),
   };
   return kKeys;
 }
@@ -258,14 +274,17 @@ const std::vector<Key<InverseMapConfig>>& keys() {
   using I = InverseMapConfig;
   static const std::vector<Key<I>> kKeys = {
       key("hidden", &I::hidden, Rule{.low = 1, .high = 1024, .at_most = 16}, "widths of the hidden layers of T*"),
-      key("activation", &I::activation, one_of(codegen::activation_names()), "of the hidden layers"),
-      key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
-      key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
+      key("activation", &I::activation, one_of(codegen::activation_names()), "activation of the hidden layers"),
+      key("linear_path", &I::linear_path, any(),
+          "true: adds a linear map to the network, which starts as a ridge regression"),
+      key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the mean power of the features"),
       only_when_given(key("error", &I::error, any(),
-                          "T* also gives the standard deviation of each state's error, calibrated on validation runs")),
+                          "true: T* also gives the standard deviation of each state's error, calibrated on validation "
+                          "runs")),
       only_when_given(key("readout", &I::readout, names_of<ReadoutChoice>(),
-                          "selected: for each state the network, a linear row or a blend of both, as validation data "
-                          "decide; settled: by the error after the transient alone; network: T* as trained")),
+                          "readout that ships; selected: for each state the network, a linear row or a blend of both, "
+                          "whichever is best on validation data; settled: the same, by the error after the transient; "
+                          "network: T* as trained")),
   };
   return kKeys;
 }
@@ -288,20 +307,20 @@ const std::vector<Key<LossConfig>>& keys() {
   static const std::vector<Key<L>> kKeys = [] {
     std::vector<Key<L>> all;
     for (const LossTerm& term : loss_terms()) all.push_back(weight_key(term));
-    // Models record their experiment with the keys in this order: reduction behind the first weight.
+    // Models record their experiment with the keys in this order: reduction comes after the first weight.
     all.insert(
         all.begin() + 1,
         key("reduction", &L::reduction, names_of<Reduction>(),
-            "of running costs: over time, the integral is larger by the horizon; or the mean logarithm of eight runs' "
-            "each, so that runs of little noise count as much as others"));
+            "reduction of running costs over time; integral: the mean times the horizon; logarithm: the mean logarithm "
+            "over groups of eight runs, so that runs with little noise count as much as others"));
     all.insert(
         all.end(),
-        {key("collocation", &L::collocation, names_of<EquationPoints>(), "where (5) is asked for"),
-         key("collocation_low", &L::collocation_low, any(), "lower corner of that box, one number for each state"),
-         key("collocation_high", &L::collocation_high, any(), "its upper corner"),
-         key("collocation_points", &L::collocation_points, between(1, 1e7), "how many points are drawn from the box"),
+        {key("collocation", &L::collocation, names_of<EquationPoints>(), "points at which equation (5) is required"),
+         key("collocation_low", &L::collocation_low, any(), "lower corner of the box, one number for each state"),
+         key("collocation_high", &L::collocation_high, any(), "upper corner of the box"),
+         key("collocation_points", &L::collocation_points, between(1, 1e7), "number of points drawn from the box"),
          key("scale", &L::scale, names_of<ErrorScale>(),
-             "squared errors in the units of x and z, or by their deviation")});
+             "physical: squared errors in the units of x and z; normalised: divided by their deviation")});
     return all;
   }();
   return kKeys;
@@ -311,47 +330,59 @@ template <>
 const std::vector<Key<TrainingConfig>>& keys() {
   using T = TrainingConfig;
   static const std::vector<Key<T>> kKeys = {
-      key("mode", &T::mode, names_of<TrainingMode>(), "what one step sees of the trajectories"),
+      key("mode", &T::mode, names_of<TrainingMode>(), "samples of one step"),
       key("steps", &T::steps, between(0, 1e8),
           "optimiser steps (full_batch: epochs); 0: T* stays the ridge regression of linear_path"),
-      key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
-      key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
-      key("segment_s", &T::segment_s, at_least(0), "random segments of this length [s]; 0: whole trajectories"),
-      only_when_given(key("first_segment_s", &T::first_segment_s, at_least(0),
-                          "segments are this long at first [s], and segment_s from half of the steps on; 0: always")),
+      key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6),
+          "random_samples: number of segments in a step"),
+      key("samples_per_step", &T::samples_per_step, between(1, 1e8),
+          "random_samples: number of samples in a step at which T* is evaluated"),
+      key("segment_s", &T::segment_s, at_least(0), "length of the random segments [s]; 0: whole trajectories"),
+      only_when_given(
+          key("first_segment_s", &T::first_segment_s, at_least(0),
+              "length of the segments in the first step [s]; it grows to segment_s in the first half of the "
+              "steps; 0: segment_s in all steps")),
       only_when_given(key("first_share", &T::first_share, between(0, 1),
-                          "this share of the segments begins at a run's first sample, the others anywhere")),
-      key("early_s", &T::early_s, at_least(0), "the time that early_share speaks of [s]"),
-      key("early_share", &T::early_share, share_below_one(), "this share of the samples has t < early_s"),
+                          "share of the segments that begin at the first sample of a run; the others begin anywhere")),
+      key("early_s", &T::early_s, at_least(0), "time for early_share [s]"),
+      key("early_share", &T::early_share, share_below_one(), "share of the samples with t < early_s"),
       key("optimiser", &T::optimiser, one_of(optimiser_names()), "gradient method"),
-      key("learning_rate", &T::learning_rate, positive(), "of the weights"),
-      key("eigenvalue_learning_rate", &T::eigenvalue_learning_rate, at_least(0), "0: the same as learning_rate"),
-      key("schedule", &T::schedule, one_of(schedule_names()), "of the learning rates"),
-      key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true}, "of the exponential schedule, per step"),
+      key("learning_rate", &T::learning_rate, positive(), "learning rate of the weights"),
+      key("eigenvalue_learning_rate", &T::eigenvalue_learning_rate, at_least(0),
+          "learning rate of the eigenvalues; 0: the same as learning_rate"),
+      key("schedule", &T::schedule, one_of(schedule_names()), "schedule of the learning rates"),
+      key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true},
+          "factor of the exponential schedule per step"),
       only_when_given(key("gradient_clip", &T::gradient_clip, at_least(0),
-                          "a gradient with a larger norm is scaled down to it; 0: as it is")),
-      key("weight_decay", &T::weight_decay, at_least(0), "of T*'s weights, decoupled as in AdamW"),
-      key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
+                          "largest norm of a gradient; a longer one is scaled down to it; 0: no limit")),
+      key("weight_decay", &T::weight_decay, at_least(0), "decay of T*'s weights, decoupled as in AdamW"),
+      key("ema", &T::ema, share_below_one(),
+          "factor of an exponential average of the weights, which becomes the model; 0: no average"),
       key("noise", &T::noise, any(),
-          "added to the outputs, drawn again in each step; a list: one for each output; see nlo evaluate --noise"),
+          "noise of the outputs, drawn again in each step; a list: one for each output; see nlo evaluate --noise"),
       only_when_given(key("noise_mixture", &T::noise_mixture, any(),
-                          "instead of noise: trajectories have these noises in turn, one observer for all")),
+                          "used instead of noise: these noises alternate between trajectories; one observer is trained "
+                          "for all of them")),
       only_when_given(key("input_noise", &T::input_noise, any(),
-                          "the same on the inputs that the observer reads; the plant has them without it")),
+                          "noise of the inputs that the observer reads; the plant gets them without noise")),
       key("noise_level_max", &T::noise_level_max, at_least(0),
-          "> 0: each trajectory's noise is scaled by a number in [0, max]"),
+          "> 0: the noise of each trajectory is scaled by a number in [0, max]"),
       only_when_given(key("dropout", &T::dropout, share_below_one(),
-                          "a sensor of [observer] may_fail is missing in this share of the segments")),
+                          "share of the segments in which a sensor of [observer] may_fail is missing")),
       key("mirror", &T::mirror, any(),
-          "half of the segments are mirrored: all channels but those declared even change their sign; checked"),
+          "true: half of the segments are mirrored, that is, all channels except even ones change their sign; the "
+          "plant "
+          "must be odd, which is checked"),
       key("gradient", &T::gradient, names_of<LatentGradient>(),
-          "of the latent system; automatic: the exact filter where it is linear, else backprop"),
+          "gradient of the latent system; automatic: the exact filter if it is linear, else backprop"),
       key("transient", &T::transient, names_of<Transient>(),
-          "drop: samples at t < t_c do not count; backward: t_c of the plant's past comes before each"),
+          "treatment of the transient at the start; drop: samples at t < t_c do not count; backward: trajectories "
+          "begin "
+          "t_c earlier, in the simulated past of the plant"),
       key("transient_factor", &T::transient_factor, positive(),
-          "k of t_c = k / min |Re lambda|, by the initial eigenvalues without the clocks"),
+          "k of t_c = k / min |Re lambda|, over the initial eigenvalues except clocks"),
       key("validate_every", &T::validate_every, between(1, 1e8), "steps between validation errors"),
-      key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "of the run's own time [s]"),
+      key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "time between checkpoints [s]"),
   };
   return kKeys;
 }
@@ -361,9 +392,9 @@ const std::vector<Key<EvaluationConfig>>& keys() {
   using V = EvaluationConfig;
   static const std::vector<Key<V>> kKeys = {
       key("windows", &V::windows, Rule{.at_most = 6},
-          "stretches of a run that errors are told for; left out: a transient and a settled one that fit the plant"),
+          "windows of time for the errors; if not given: a transient and a settled window that fit the plant"),
       key("settling_window_s", &V::settling_window_s, at_least(0),
-          "the settling time is read from errors averaged over this [s]; 0: a tenth of the transient"),
+          "time over which errors are averaged for the settling time [s]; 0: a tenth of the transient"),
   };
   return kKeys;
 }
@@ -373,11 +404,13 @@ const std::vector<Key<ValidationConfig>>& keys() {
   using V = ValidationConfig;
   static const std::vector<Key<V>> kKeys = {
       key("groups", &V::groups, any(),
-          "logs in whose names this regular expression finds the same text are left out together; empty: each by "
-          "itself"),
+          "regular expression; logs in whose names it finds the same text are left out together; empty: each log is "
+          "left "
+          "out alone"),
       key("folds", &V::folds, between(0, 50),
-          "trainings without some of the training logs, of half the steps, whose errors on what was left out choose "
-          "what ships of each state; 0: none"),
+          "number of trainings that leave out some of the training logs, with half of the steps each; their errors on "
+          "the "
+          "left-out logs choose the readout of each state; 0: none"),
   };
   return kKeys;
 }

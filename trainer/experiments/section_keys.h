@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The keys of every section, with the names that plants, structures, optimisers and networks bring.
+// The keys of every section, including those of plants, structures, optimisers and networks.
 #pragma once
 
 #include <string_view>
@@ -10,16 +10,16 @@
 
 namespace nlo::trainer {
 
-/// Defined for Experiment (the keys above all sections) and each of its sections.
+/// Defined for each section, and for Experiment, which stands for the keys above all sections.
 template <class Section>
 const std::vector<Key<Section>>& keys();
 
-/// "[observer]", "[[log.columns]]"; "the experiment" for the keys above all sections.
+/// Returns "[observer]", "[[log.columns]]", or "the experiment" for the keys above all sections.
 template <class Section>
 std::string_view section_title();
 
-/// Calls visit(Section()) for each section, in the order that help lists them. Parentheses: GCC 12 fails on
-/// LossConfig{} in a template.
+/// Calls visit(Section()) for each section, in the order of the help. Parentheses are necessary, because GCC 12 fails
+/// on LossConfig{} in a template.
 template <class Visit>
 void for_each_section(const Visit& visit) {
   visit(Experiment());

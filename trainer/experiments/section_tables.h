@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sections of a TOML file read by the tables of keys.h, for experiments and identifications.
+// Reads sections of a TOML file with the tables of keys.h, for experiments and identifications.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-/// Title of the section that knows a key; empty when none does.
+/// Returns the title of the section that has a key with this name, or an empty text.
 std::string home_of_key(const std::string& name);
 
 class SectionTables : public SectionReader {
@@ -25,7 +25,7 @@ class SectionTables : public SectionReader {
     SectionReader::read(table, path, section_title<Section>(), keys<Section>(), section, subsections);
   }
 
-  /// The tables of a list, [[path]] in the file: `name` of `parent`.
+  /// Reads the tables of a list, which is `name` of `parent` and [[path]] in the file.
   template <class Section>
   std::vector<Section> read_list(const Toml& parent, const std::string& path, const std::string& name) {
     std::vector<Section> list;
@@ -49,7 +49,7 @@ class SectionTables : public SectionReader {
   }
 };
 
-/// [log] with its filter and columns.
+/// Reads [log] with its filter and its columns.
 LogConfig read_log_section(SectionTables& reader, const Toml& table);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The experiments that `nlo` carries, by their names: "qube" is trainer/experiments/qube.toml. Those of the paper are
+// The experiments that `nlo` contains, by their names: "qube" is trainer/experiments/qube.toml. Those of the paper are
 // in `nlo-reproduce` (trainer/reproduce/planned_trainings.h).
 #pragma once
 

@@ -26,7 +26,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// f at the samples, or f and h at points of the box, for the PDE residual (5).
+/// Adds what the PDE residual (5) needs: f at the samples, or f and h at points of the box.
 void add_equations(Dataset& dataset, const Plant& plant, const Experiment& experiment) {
   const LossConfig& loss = experiment.loss;
   if (loss.collocation == EquationPoints::kData) {
@@ -41,7 +41,7 @@ void add_equations(Dataset& dataset, const Plant& plant, const Experiment& exper
   dataset.collocation = {x, plant.derivative(x), plant.output(x)};
 }
 
-/// An unwrapped angle to estimate may swing, not turn over: no function of z counts turns.
+/// Refuses an unwrapped angle to be estimated if it turns over, because no function of z can count turns. It may swing.
 void check_swinging(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.states.size(); ++i) {
     const Channel& state = dataset.states[i];
@@ -50,7 +50,7 @@ void check_swinging(const Dataset& dataset) {
       const auto values = run.states.row(static_cast<Eigen::Index>(i));
       if (values.maxCoeff() - values.minCoeff() <= state.wrap) continue;
       throw codegen::Error(
-          fmt::format("{}: the state {} turns over, and T* cannot count turns; give it as sine and cosine, [plant] "
+          fmt::format("{}: the state {} makes whole turns, which T* cannot count; give it as sine and cosine, [plant] "
                       "state_encodings, "
                       "leave it out of `estimated`, or start within a smaller range",
                       run.source, state.name));
@@ -65,7 +65,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRoun
   const SimulationConfig& config = experiment.simulation;
   std::vector<std::string> warnings;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
-    // Streams of rounds never meet: round 0 has that of an experiment without a loop.
+    // The random streams of rounds never overlap. Round 0 has the stream of an experiment without a loop.
     const std::uint64_t seed =
         initial_state_seed(experiment.seed, stream) ^ (static_cast<std::uint64_t>(round.round) * 0x9e3779b97f4a7c15ULL);
     const LoopEstimators estimators = round.observer == nullptr

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Estimates of every run by every point, points x runs, shared out to the threads.
+/// Returns estimates of every run by every point, points x runs, computed by all threads.
 template <class Estimate>
 std::vector<std::vector<MatrixXd>> estimates_of(std::size_t points, const Dataset& logs, ThreadPool& pool,
                                                 const Estimate& estimate) {
@@ -36,7 +36,7 @@ std::vector<std::vector<MatrixXd>> estimates_of(std::size_t points, const Datase
   return all;
 }
 
-/// RMSE of each logged state over all samples.
+/// Returns the RMSE of each logged state over all samples.
 std::vector<double> rmse_of(const Dataset& logs, const std::vector<MatrixXd>& estimates) {
   std::vector<double> rmse;
   for (const StateError& state : log_metrics(logs, estimates).pooled) rmse.push_back(state.rmse.front());
@@ -50,7 +50,7 @@ std::vector<double> constant_rmse(const Dataset& logs) {
   return rmse_of(logs, estimates);
 }
 
-/// The logs that tune and judge, begun at each of from_s.
+/// The logs for tuning and tests, started at each of from_s.
 struct Logs {
   Dataset training, tuning, judged;
 };
@@ -85,7 +85,7 @@ class Study {
         std::vector<double> result;
         for (const auto& each : estimates) result.push_back(relative(rmse_of(logs_.tuning, each)));
         evaluations_ += static_cast<int>(points.size());
-        // Some two sweeps for each step, both ways; the EKF's half of the bar comes first.
+        // About two sweeps for each step, both ways. The half of the bar for the EKF comes first.
         const double sweeps = extended ? 6.0 : 4.0, expected = sweeps * 2.0 * static_cast<double>(tuning.size());
         say(0.45 * (extended ? 0.0 : 1.0) + 0.45 * std::min(1.0, evaluations_ / expected),
             fmt::format("tuning the {}: {} tried", name, evaluations_));
@@ -119,7 +119,7 @@ class Study {
         for (const auto& each : estimates) result.push_back(rmse_of(logs_.tuning, each)[i]);
         return result;
       };
-      // A filter as fast as three samples to begin with: (r / q)^(1/5) = 3 h.
+      // The search starts at a filter as fast as three samples: (r / q)^(1/5) = 3 h.
       const double start = -5.0 * std::log10(3.0 * logs_.tuning.sample_period_s);
       const double log_q = coordinate_search(VectorXd::Constant(1, start), costs, false, stop_, 12).x[0];
       filters[i] = with(log_q, source);
@@ -167,7 +167,7 @@ class Study {
            schema_.state_sources[i].cosine < 0;
   }
 
-  /// The row of the logged state among the filter's three states.
+  /// Returns the row of the logged state among the filter's three states.
   Index row(std::size_t i) const { return schema_.state_sources[i].kind == StateKind::kMeasured ? 0 : 1; }
 
   VectorXd measured(std::size_t i, const Trajectory& run) const {

@@ -37,7 +37,7 @@ MatrixXd rows_of(const MatrixXd& all, const std::vector<Index>& rows) {
 double noise_of(const Identification& identification, const std::string& output) {
   for (const auto& [name, deviation] : identification.identify.noise)
     if (name == output) return deviation;
-  return 1.0;  // checked: every output has one
+  return 1.0;  // not reached: every output has one
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
     const Index row = std::find(plant.states.begin(), plant.states.end(), state.name) - plant.states.begin();
     const bool measured =
         std::find(plant.output_names.begin(), plant.output_names.end(), state.name) != plant.output_names.end();
-    const double anywhere = state.wrap / std::sqrt(12.0);  // the deviation of a uniform distribution over the turn
+    const double anywhere = state.wrap / std::sqrt(12.0);  // deviation of a uniform distribution over the turn
     const double deviation = identification.identify.initial_deviation[static_cast<std::size_t>(row)];
     state_wraps_[row] = state.wrap;
     if (state.wrap > 0.0 && !measured && deviation >= anywhere)
@@ -121,7 +121,7 @@ FilterKnowledge IdentifiedFilter::knowledge(const VectorXd& tuning) const {
   known.output_deviation.resize(ny);
   for (double& deviation : known.output_deviation) deviation = std::pow(10.0, tuning[next++]);
   VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
-  for (const HiddenAngle& angle : hidden_)  // to the middle between two starts, for any other tuning
+  for (const HiddenAngle& angle : hidden_)  // for any other tuning: half of the distance between two starts
     deviation[angle.state] = 0.5 * angle.wrap / static_cast<double>(around_);
   known.initial_covariance = deviation.cwiseAbs2().asDiagonal();
   return known;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An identified plant as the EKF and the UKF know one, and their estimates of the logged states. Of an angle that no
-// output measures and that may start anywhere, one filter finds the start or not: there a bank of them starts around
-// the turn (filter_bank.h).
+// EKF and UKF of an identified plant, and their estimates of the logged states. If no output measures an angle and it
+// may start anywhere, a single filter may not find it. Then a bank of filters starts around the turn (filter_bank.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,32 +18,32 @@ class IdentifiedFilter {
   /// Makes a filter for the plant with parameters `p` on logs with the channels of `logs`.
   IdentifiedFilter(const Identification& identification, Eigen::VectorXd p, const Dataset& logs);
 
-  /// The tuned values as log10: the process noise of each state whose start is above 0, R's deviation of each output,
-  /// and the scale of P0's deviation.
+  /// Returns the tuned values as log10: the process noise of each state whose start value is above 0, the deviation of
+  /// R of each output, and the scale of P0's deviation.
   Eigen::VectorXd tuning() const;
   FilterKnowledge knowledge(const Eigen::VectorXd& tuning) const;
   std::string describe(const Eigen::VectorXd& tuning) const;
 
-  /// Estimates of the logged states, n_x of the logs x N. A state with the name of an output starts at its first
-  /// measurement, with R's variance. Makes its own plant, so any thread may call it.
+  /// Returns estimates of the logged states, n_x of the logs x N. A state with the name of an output starts at its
+  /// first measurement, with the variance of R. Makes its own plant, so any thread may call it.
   Eigen::MatrixXd estimate(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
 
-  /// Estimates by the one filter of the bank that starts nearest to the logged angles. It takes a small part of the
-  /// time and serves for tuning. Equals estimate() if the bank has one filter.
+  /// Returns estimates by the filter of the bank that starts nearest to the logged angles. It takes a small part of the
+  /// time and is used for tuning. Equals estimate() if the bank has one filter.
   Eigen::MatrixXd estimate_from_nearest(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
 
-  /// Cost of a sample `period_s` after the previous one.
+  /// Returns the cost of a sample `period_s` after the last one.
   StepCost step_cost(PointSet kind, double period_s) const;
 
  private:
-  /// An angle that no output measures, with an initial deviation that leaves all of its turn open.
+  /// An angle that no output measures, whose initial deviation covers its whole turn.
   struct HiddenAngle {
     Eigen::Index state, log_row;
     double wrap;
   };
 
   LanePlant make_plant() const;
-  /// Initial states of the bank for a run, n_x x members.
+  /// Returns the initial states of the bank for a run, n_x x members.
   Eigen::MatrixXd starts(const Trajectory& run) const;
   Eigen::MatrixXd estimate_from(const Eigen::MatrixXd& starts, PointSet kind, const Eigen::VectorXd& tuning,
                                 const Trajectory& run) const;
@@ -55,7 +54,7 @@ class IdentifiedFilter {
   std::vector<Eigen::Index> output_rows_, input_rows_;  ///< rows of the plant's channels among those of the logs
   std::vector<Eigen::Index> state_rows_;                ///< rows of the logged states among the plant's
   std::vector<HiddenAngle> hidden_;
-  Eigen::Index around_ = 1;  ///< starts around the turn of each of them
+  Eigen::Index around_ = 1;  ///< number of starts around the turn of each hidden angle
 };
 
 }  // namespace nlo::trainer

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The interface of Eigen's method.
+/// The interface that Eigen's method needs.
 struct Residuals {
   using Scalar = double;
   using InputType = VectorXd;
@@ -63,7 +63,7 @@ Solution search(ShootingProblem& problem, int most_iterations, const std::atomic
   Eigen::LevenbergMarquardt<Residuals> method(residuals);
   method.parameters.ftol = method.parameters.xtol = 1e-7;
   method.parameters.maxfev = 100 * most_iterations;
-  method.parameters.factor = 1.0;  // theta is of unit scale: the first step is at most 1 long
+  method.parameters.factor = 1.0;  // theta has unit scale, so the first step has a length of at most 1
   method.useExternalScaling = true;
   method.diag = VectorXd::Ones(problem.space().size());
   Solution solution;
@@ -96,7 +96,7 @@ std::vector<FittedError> fitted_errors(const ShootingProblem& problem, const Vec
   return errors;
 }
 
-/// Covariances of theta, and which coordinates the data do not tell.
+/// Covariances of theta, and the coordinates that the data do not determine.
 struct Uncertainty {
   MatrixXd white, clustered;
   std::vector<bool> unidentified;
@@ -141,10 +141,10 @@ IdentificationResult identify(const Identification& identification, const Datase
                                      problem.counted(), space.size()));
   {
     const VectorXd at_start = problem.residuals(VectorXd::Zero(space.size()));
-    constexpr double kHopeless = 1e5;  // deviations: the simulation has left every scale
+    constexpr double kHopeless = 1e5;  // deviations; beyond it the simulation has diverged
     if (!(at_start.cwiseAbs().maxCoeff() < kHopeless))
       throw codegen::Error(
-          "[plant] parameters: the simulation leaves every scale from where they start; start nearer, "
+          "[plant] parameters: the simulation diverges from the start values; give better ones, "
           "take shorter segments ([identify] segment_s) or a shorter longest_step_s");
   }
   const Solution solution = search(problem, identification.identify.iterations, stop, progress);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parameters of a plant as the coordinates that a search may move freely.
+// Parameters of a plant as unbounded coordinates for a search.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,9 @@
 
 namespace nlo::trainer {
 
-/// theta, n_theta, all 0 at the starting values, of unit scale there; the plant's p, n_p, of it:
-///   free      p = p0 + s theta                         s = |p0|, or 1 where p0 = 0
+/// Coordinates theta, n_theta, which are 0 at the start values and have unit scale there. The parameters p, n_p, of the
+/// plant follow from them:
+///   free      p = p0 + s theta                         s = |p0|, or 1 if p0 = 0
 ///   positive  p = p0 exp(theta)
 ///   bounded   p = low + (high - low) (1 + sin theta) / 2
 ///   fixed     p = p0, no coordinate
@@ -21,20 +22,20 @@ class ParameterSpace {
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
 
-  /// Name of the parameter behind a coordinate.
+  /// Returns the name of the parameter of a coordinate.
   const std::string& name(Eigen::Index coordinate) const { return at(coordinate).name; }
 
-  /// Its place in p.
+  /// Returns the index of the parameter in p.
   Eigen::Index index(Eigen::Index coordinate) const { return at(coordinate).index; }
 
-  /// p, n_p.
+  /// Returns p, n_p.
   Eigen::VectorXd parameters(const Eigen::VectorXd& theta) const;
 
-  /// dp/dtheta of each coordinate, n_theta.
+  /// Returns dp/dtheta of each coordinate, n_theta.
   Eigen::VectorXd slope(const Eigen::VectorXd& theta) const;
 
-  /// Whether a bounded parameter is within 1e-3 of its range from an end, or a positive one has shrunk to 1e-6 of its
-  /// start.
+  /// Returns true if a bounded parameter is within 1e-3 of its range from an end, or if a positive one has shrunk to
+  /// 1e-6 of its start value.
   bool at_bound(Eigen::Index coordinate, double value) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A stretch of a log simulated from a given state by given parameters, beside the measurements.
+// Simulates a segment of a log from a given state with given parameters, and compares it with the measurements.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,18 +13,18 @@ namespace nlo::trainer {
 
 struct FittedChannel;
 
-/// x at the end of `h` seconds by RK4 in steps of at most `longest_step_s` (0: one step); u runs from u0 to u1.
+/// Returns x after `h` seconds by RK4 in steps of at most `longest_step_s` (0: one step); u is a ramp from u0 to u1.
 Eigen::VectorXd simulate_step(ParametricPlant& plant, Eigen::VectorXd x, double h, const Eigen::VectorXd& u0,
                               const Eigen::VectorXd& u1, double longest_step_s);
 
 class SegmentSimulation {
  public:
-  /// `input_rows`: of the plant's inputs among those of the logs. `channels` must outlive it.
+  /// `input_rows`: rows of the plant's inputs among those of the logs. `channels` must outlive it.
   SegmentSimulation(const Identification& identification, const std::vector<FittedChannel>& channels,
                     const std::vector<Eigen::Index>& input_rows);
 
-  /// (measured - simulated) / deviation of each channel, sample by sample, channels x samples in columns; 0 where the
-  /// truth is masked. Steps have the lengths that the stamps say.
+  /// Returns (measured - simulated) / deviation of each channel, sample by sample, channels x samples in columns; 0 if
+  /// the truth is masked. Steps follow the time stamps.
   ///   x0  n_x, at sample `first`
   Eigen::VectorXd residuals(const Trajectory& run, Eigen::Index first, Eigen::Index samples, const Eigen::VectorXd& p,
                             const Eigen::VectorXd& x0);

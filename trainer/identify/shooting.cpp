@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kStep = 1e-7;    // relative step of forward differences, between rounding and curvature
-constexpr double kFarAway = 1e6;  // a residual that is no number, in deviations
+constexpr double kStep = 1e-7;    // relative step of forward differences, a compromise between rounding and curvature
+constexpr double kFarAway = 1e6;  // replaces a residual that is NaN, in deviations
 constexpr int kMostIterations = 20, kMostHalvings = 8;
 
 Index row_of(const std::vector<Channel>& channels, const std::string& name) {
@@ -50,13 +50,13 @@ std::vector<FittedChannel> fitted_channels(const Identification& identification,
   return channels;
 }
 
-/// One thread's plant.
+/// The plant of one thread.
 class ShootingProblem::Worker {
  public:
   explicit Worker(const ShootingProblem& problem)
       : problem_(problem), simulation_(problem.identification_, problem.channels_, problem.input_rows_) {}
 
-  /// Rows of one segment from x0 by p.
+  /// Returns the rows of one segment from x0 with p.
   VectorXd residuals(const Segment& s, const VectorXd& p, const VectorXd& x0) {
     VectorXd r = simulation_.residuals(*s.run, s.first, s.samples, p, x0);
     const VectorXd& deviation = deviations();
@@ -69,7 +69,7 @@ class ShootingProblem::Worker {
     return r;
   }
 
-  /// dr/dx0 of the states that are free.
+  /// Returns dr/dx0 of the free states.
   MatrixXd slope(const Segment& s, const VectorXd& p, const VectorXd& x0, const VectorXd& r) {
     MatrixXd j(r.size(), problem_.free_);
     for (Index i = 0, column = 0; i < x0.size(); ++i) {
@@ -86,7 +86,7 @@ class ShootingProblem::Worker {
     VectorXd x0, r;
   };
 
-  /// Gauss and Newton's method with halved steps, from s.start.
+  /// Fits by Gauss and Newton's method with halved steps, from s.start.
   Fitted fit(const Segment& s, const VectorXd& p) {
     Fitted best{s.start, residuals(s, p, s.start)};
     for (int i = 0; i < kMostIterations; ++i) {
@@ -145,7 +145,7 @@ ShootingProblem::ShootingProblem(const Identification& identification, const Dat
       const double* end = run.time_s.data() + run.samples();
       const double until = run.time_s[first] + length_s - 1e-6 * logs.sample_period_s;
       const Index past = std::lower_bound(run.time_s.data() + first, end, until) - run.time_s.data();
-      if (past >= run.samples()) break;  // the rest is shorter than a segment
+      if (past >= run.samples()) break;  // the remainder is shorter than a segment
       all.push_back({&run, first, past - first, 0, guess_of(run, first), {}});
       total += past - first;
       first = past;
@@ -176,7 +176,7 @@ VectorXd ShootingProblem::guess_of(const Trajectory& run, Index sample) const {
   for (std::size_t i = 0; i < guesses_.size(); ++i) {
     const auto& [logged, row] = guesses_[i];
     if (row < 0) continue;
-    // Truth that is masked for scoring is near enough to begin with.
+    // Masked truth is close enough for a start value.
     const double value = (logged ? run.states : run.outputs)(row, sample);
     if (std::isfinite(value)) guess[static_cast<Index>(i)] = value;
   }

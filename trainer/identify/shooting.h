@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Multiple shooting: logs cut into segments, each simulated from an initial state of its own, which is fitted with the
-// parameters. The initial states are eliminated segment by segment (variable projection), so that a search sees the
-// parameters alone.
+// Multiple shooting: logs are cut into segments. Each is simulated from its own initial state, which is fitted together
+// with the parameters. The initial states are eliminated segment by segment (variable projection), so that a search
+// varies only the parameters.
 //   r_s(p) = min over x0 of [ (y_k - h(x_k)) / sigma, k in s;  (x0 - guess) / deviation ]
 //   dr_s/dp = (I - Q Q') J_p,  Q R = J_x0                       Kaufman's form of Golub and Pereyra's derivative
 //   Golub, Pereyra: Separable nonlinear least squares, Inverse Problems 19 (2003); Bock's multiple shooting without
@@ -24,18 +24,18 @@ namespace nlo::trainer {
 /// A logged channel that a simulation is compared with.
 struct FittedChannel {
   std::string name, unit;
-  bool state = false;  ///< a logged state; else an output
+  bool state = false;  ///< true: a logged state; false: an output
   Eigen::Index log_row = 0, plant_row = 0;
   double deviation = 1.0, wrap = 0.0;
 };
 
-/// The entries of [identify] noise, found in the logs and in the plant.
+/// Returns the entries of [identify] noise, found in the logs and in the plant.
 std::vector<FittedChannel> fitted_channels(const Identification& identification, const Dataset& logs);
 
 class ShootingProblem {
  public:
-  /// `logs` must outlive it. Segments of segment_s one behind the other; every n-th where they have more than
-  /// most_samples. Throws codegen::Error when no log is as long as a segment.
+  /// `logs` must outlive it. Segments of segment_s follow each other; if they have more than most_samples, every n-th
+  /// is used. Throws codegen::Error if no log is as long as a segment.
   ShootingProblem(const Identification& identification, const Dataset& logs, ThreadPool& pool);
   ~ShootingProblem();
 
@@ -44,24 +44,26 @@ class ShootingProblem {
   Eigen::Index rows() const { return rows_; }        ///< size of r
   const ParameterSpace& space() const { return space_; }
 
-  /// How many residuals are of measurements and truth that counts: rows() but for masked truth and the guesses' rows.
+  /// Returns the number of residuals of measurements and unmasked truth: rows() without masked truth and without the
+  /// rows of the guesses.
   Eigen::Index counted() const { return counted_; }
 
-  /// How many initial states the measurements tell, at the latest jacobian(): one that its guess tells counts nothing,
-  /// one that the measurements tell counts 1. sum over segments of |rows of Q that are of measurements|^2.
+  /// Returns the number of initial states that the measurements determine, at the latest jacobian(). An initial state
+  /// counts 0 if only its guess determines it, and 1 if the measurements do: sum over segments of |rows of Q of
+  /// measurements|^2.
   double told_states() const;
 
-  /// Sum of squares of the rows that count.
+  /// Returns the sum of squares of the rows that count.
   double squares(const Eigen::VectorXd& residuals) const;
 
-  /// r at theta; NaN and beyond become a large number, so that a search turns back.
+  /// Returns r at theta. NaN and infinity become a large number, so that a search turns back.
   Eigen::VectorXd residuals(const Eigen::VectorXd& theta);
 
-  /// dr/dtheta, rows() x n_theta. The initial states found here are where later searches for them begin.
+  /// Returns dr/dtheta, rows() x n_theta. Later searches for initial states start at those found here.
   Eigen::MatrixXd jacobian(const Eigen::VectorXd& theta);
 
-  /// sum over segments of (J_s' r_s)(J_s' r_s)', n_theta x n_theta, for the parameters' covariance with
-  /// residuals that are correlated within a segment.
+  /// Returns the sum over segments of (J_s' r_s)(J_s' r_s)', n_theta x n_theta, for the parameters' covariance if
+  /// residuals are correlated within a segment.
   Eigen::MatrixXd scatter(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals) const;
 
   const std::vector<FittedChannel>& channels() const { return channels_; }
@@ -76,7 +78,7 @@ class ShootingProblem {
   struct Segment {
     const Trajectory* run = nullptr;
     Eigen::Index first = 0, samples = 0, row = 0;
-    Eigen::VectorXd guess, start;  ///< n_x: from the logs; where the search for it begins
+    Eigen::VectorXd guess, start;  ///< n_x: guess from the logs, and start of the search for the initial state
     double told = 0.0;             ///< part of told_states()
   };
   class Worker;
@@ -90,7 +92,8 @@ class ShootingProblem {
   std::vector<FittedChannel> channels_;
   std::vector<Segment> segments_;
   std::vector<std::unique_ptr<Worker>> workers_;        ///< one per thread
-  std::vector<std::pair<bool, Eigen::Index>> guesses_;  ///< per state: logged state or output, and its row; -1: none
+  std::vector<std::pair<bool, Eigen::Index>> guesses_;  ///< per state: true for a logged state, false for an output;
+                                                        ///< and its row, -1: none
   std::vector<Eigen::Index> input_rows_;
   Eigen::Index rows_ = 0, samples_ = 0, counted_ = 0, free_ = 0;
 };

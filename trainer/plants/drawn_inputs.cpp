@@ -110,7 +110,7 @@ class SignalSource {
     const double fresh = std::sqrt(1.0 - kept * kept);
     double state = random_.normal();  // stationary from the first sample on
     for (Eigen::Index k = 0; k < values_.size(); ++k) {
-      double share = 0.5 * state;  // share of half the range; reflected, it is a triangle wave of the state
+      double share = 0.5 * state;                      // fraction of half the range; reflected at the ends of the range
       share -= 4.0 * std::floor((share + 1.0) / 4.0);  // -1 .. 3
       values_(k) = middle() + half_range() * (share <= 1.0 ? share : 2.0 - share);
       state = kept * state + fresh * random_.normal();
@@ -120,8 +120,8 @@ class SignalSource {
   /// A row for each kind of signal, in the order of InputSignal.
   struct Row {
     InputSignal kind;
-    void (SignalSource::*draw)();  ///< fills values_; null: draw_inputs() takes it from a log
-    bool in_range = true;          ///< cut to the range: c + A may lie beyond it by one rounding
+    void (SignalSource::*draw)();  ///< fills values_; null: draw_inputs() reads the signal from a log
+    bool in_range = true;          ///< clips to the range, because c + A may exceed it by rounding
   };
   static constexpr std::size_t kRows = kNames<InputSignal>.size();
   static std::array<Row, kRows> rows();

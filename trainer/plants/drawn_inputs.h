@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The inputs of simulated runs as [excitation] describes them: for each run and input one of `kinds` is drawn, then its
-// numbers, from a stream of their own. With the range [low, high] of the input, its middle c, an amplitude A, times and
-// periods T drawn log-uniformly in [shortest_s, longest_s] and a phase p:
+// The inputs of simulated runs by [excitation]. For each run and input one of `kinds` is drawn, and then its numbers,
+// from a separate stream. The signals use the range [low, high] of the input, its middle c, an amplitude A, times and
+// periods T drawn log-uniformly in [shortest_s, longest_s], and a phase p:
 //   zero       0
 //   constant   uniform in the range
 //   steps      levels uniform in the range, each held for a T of its own
@@ -32,18 +32,19 @@ struct HoldTimes {
   double shortest_s, longest_s;
 };
 
-/// Returns the given times; else ten sample periods, and half the horizon (but no less than the shortest).
+/// Returns the given times. If they are 0, they are ten sample periods, and half the horizon (but not below the
+/// shortest).
 HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig& simulation);
 
-/// n_u x N, the same bits on every machine.
+/// Draws the inputs, n_u x N, with the same bits on every machine.
 ///   excitation   with n_u ranges, checked (experiments/check_excitation.cpp)
 ///   engine_seed  initial_state_seed(seed, stream)
-///   run          its place in the set; its draws do not depend on the number of runs
+///   run          its index in the set; its draws do not depend on the number of runs
 ///   log          read_logged_inputs()
 Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
                             std::uint64_t engine_seed, std::uint64_t run, const LoggedInputs& log = {});
 
-/// For people: ("u", "drawn within -1 .. 1 (steps, prbs)").
+/// Describes the inputs for readers: ("u", "drawn within -1 .. 1 (steps, prbs)").
 std::vector<std::pair<std::string, std::string>> describe_inputs(const ExcitationConfig& excitation,
                                                                  const Plant& plant);
 

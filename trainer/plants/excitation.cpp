@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// One expression over t. It stays where it was made: the parser points at the time.
+/// One expression over t. It cannot be moved, because the parser points at the time.
 class TimeFunction {
  public:
   TimeFunction(std::string where, std::string text) : where_(std::move(where)), text_(std::move(text)) {

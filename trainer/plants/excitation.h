@@ -13,16 +13,16 @@
 
 namespace nlo::trainer {
 
-/// u (n_u) at a time [s] since the start of a trajectory. Null: u = 0, and no inputs are recorded.
+/// Returns u (n_u) at a time [s] since the start of a trajectory. Null: u = 0, and no inputs are recorded.
 using Excitation = std::function<Eigen::VectorXd(double time_s)>;
 
 /// Makes u(t) from one expression over t for each input of the plant, in their order: {"cos(12*t)"}; see
-/// plant_expression.h. Null without expressions. Throws codegen::Error naming the input, the expression and the
-/// position in it, or the number of inputs of the plant. u(t) throws where an expression has no finite value. Not for
-/// two threads at once.
+/// plant_expression.h. Returns null without expressions. Throws codegen::Error with the input, the expression and the
+/// position in it, or the number of inputs of the plant. u(t) throws if an expression has no finite value. Two threads
+/// must not share it.
 Excitation parse_excitation(const Plant& plant, const std::vector<std::string>& expressions);
 
-/// Pairs each input with its expression, for people: ("u", "cos(12*t)").
+/// Pairs each input with its expression for readers: ("u", "cos(12*t)").
 std::vector<std::pair<std::string, std::string>> name_expressions(const Plant& plant,
                                                                   const std::vector<std::string>& expressions);
 

@@ -88,27 +88,27 @@ std::vector<std::string> output_names(const PlantConfig& config) {
 /// Expressions over the columns of x. muParser reads its variables through pointers, so a state is copied in first.
 class ExpressionPlant::Formulas {
  public:
-  /// Over the states, then `inputs`; `hint` ends the message about a name that is not known.
+  /// Uses the states, then `inputs`; `hint` ends the message about an unknown name.
   explicit Formulas(const PlantConfig& config, const std::vector<std::string>& inputs = {}, std::string hint = {})
       : names_{.variables = config.states, .constants = config.parameters, .hint = std::move(hint)} {
     names_.variables.insert(names_.variables.end(), inputs.begin(), inputs.end());
     x_.resize(names_.variables.size());
   }
 
-  /// One of the expressions of `key`, such as "outputs"; `index` is its place there, such as "[0]".
+  /// Adds an expression of `key`, such as "outputs"; `index` is its place in the list, such as "[0]".
   void add(const std::string& expression, const std::string& key, const std::string& index) try {
     compile_expression(parsers_.emplace_back(), expression, fmt::format("[plant] {}{}", key, index), names_, x_.data());
   } catch (const codegen::Error& error) {
     throw KeyError("plant." + key, error.what());
   }
 
-  /// Whether one of the expressions names a variable.
+  /// Returns true if one of the expressions uses a variable.
   bool uses(const std::string& name) const {
     return std::any_of(parsers_.begin(), parsers_.end(),
                        [&](const mu::Parser& parser) { return parser.GetUsedVar().contains(name); });
   }
 
-  /// u: one column for each of x, of the inputs that were given; 0 x B: they are 0.
+  /// Evaluates the expressions. u has one column for each column of x; if it is 0 x B, the inputs are 0.
   Eigen::MatrixXd evaluate(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u = {}) {
     Eigen::MatrixXd result(static_cast<Eigen::Index>(parsers_.size()), x.cols());
     std::fill(x_.begin(), x_.end(), 0.0);
@@ -123,8 +123,8 @@ class ExpressionPlant::Formulas {
 
  private:
   ExpressionNames names_;
-  std::vector<double> x_;           ///< n_x, and n_u where inputs are named; the parsers hold pointers into it
-  std::deque<mu::Parser> parsers_;  ///< never moved: a parser on the move would be compiled again
+  std::vector<double> x_;           ///< n_x, and n_u if inputs are used; the parsers hold pointers into it
+  std::deque<mu::Parser> parsers_;  ///< never moved, because a moved parser would be compiled again
 };
 
 ExpressionPlant::ExpressionPlant(const PlantConfig& config)
@@ -155,7 +155,7 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
   for (const std::string& input : config.inputs)
     if (names_inputs && !derivative_->uses(input))
       throw KeyError("plant.inputs",
-                     fmt::format("[plant] the input \"{}\" acts nowhere; name it in a derivative expression, or give "
+                     fmt::format("[plant] the input \"{}\" has no effect; name it in a derivative expression, or give "
                                  "input_field, a row for each state and in it an expression for each input",
                                  input));
   output_ = std::make_unique<Formulas>(config, std::vector<std::string>(),

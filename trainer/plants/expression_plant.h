@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 class ExpressionPlant final : public Plant {
  public:
-  /// Throws KeyError naming the expression and the position in it, or the names that do not fit.
+  /// Throws KeyError with the expression and the position in it, or with the names that do not agree.
   explicit ExpressionPlant(const PlantConfig& config);
   ~ExpressionPlant() override;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Undamped oscillator, the linear plant to begin with: dx1/dt = x2, dx2/dt = -omega^2 x1 + u, y = x1.
-// Without u, omega^2 x1^2 + x2^2 is constant along every trajectory.
+// Undamped oscillator, the simplest linear plant: dx1/dt = x2, dx2/dt = -omega^2 x1 + u, y = x1. Without u, omega^2
+// x1^2 + x2^2 is constant along every trajectory.
 #include "trainer/plants/builtin.h"
 #include "trainer/plants/linear.h"
 

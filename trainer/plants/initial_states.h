@@ -25,14 +25,15 @@ namespace nlo::trainer {
 /// The purpose of a set of trajectories or points. Evaluation uses kTest.
 enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 2, kCollocation = 3 };
 
-/// The engine's seed for a stream.
+/// Returns the seed of the engine for a stream.
 std::uint64_t initial_state_seed(std::uint64_t seed, SeedStream stream);
 
-/// n_x x count, by config.initial_distribution. `box_scale` stretches it about its middle:
-///   uniform   the box about its centre; a state whose two corners are equal stays there
+/// Draws initial states, n_x x count, by config.initial_distribution. `box_scale` stretches the distribution about its
+/// middle:
+///   uniform   the box about its centre; a state with equal limits stays fixed
 ///   gaussian  the half widths, which are the standard deviations
 ///   circle    the half axes
-///   list      each state about the mean of the list; a list of one stays there
+///   list      each state about the mean of the list; a list of one state stays fixed
 Eigen::MatrixXd draw_initial_states(const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
                                     double box_scale = 1.0);
 

@@ -22,14 +22,14 @@ namespace {
                   plant.name(), fmt::join(initial, ", "), what, t));
 }
 
-/// The largest |x_i| of each state, over all trajectories.
+/// Returns the largest |x_i| of each state over all trajectories.
 Eigen::VectorXd ranges(const Dataset& dataset, Eigen::Index nx) {
   Eigen::VectorXd range = Eigen::VectorXd::Zero(nx);
   for (const Trajectory& run : dataset.trajectories) range = range.cwiseMax(run.states.cwiseAbs().rowwise().maxCoeff());
   return range;
 }
 
-/// `past` (samples at t = -n h ... -h), then the samples of `run`.
+/// Puts `past` (samples at t = -n h ... -h) before the samples of `run`.
 void prepend(const Eigen::MatrixXd& past_states, const Eigen::MatrixXd& past_outputs, double h, Trajectory& run) {
   const Eigen::Index n = past_states.cols(), samples = n + run.samples();
   const auto joined = [&](const Eigen::MatrixXd& past, const Eigen::MatrixXd& rest) {
@@ -71,7 +71,8 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     }
   }
 
-  // The rest of the filter's start at t = 0 is exp(-k) T(x(-t_c)): no gain if x(-t_c) is exp(k) times as large.
+  // The effect of the filter's start at t = 0 is exp(-k) T(x(-t_c)). It is not smaller if x(-t_c) is exp(k) times
+  // larger.
   const Eigen::VectorXd most = std::exp(factor) * ranges(dataset, plant.nx());
   for (Eigen::Index i = 0; i < count; ++i)
     if ((x.col(i).array().abs() > most.array()).any())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Linear plant dx/dt = A x + B u, y = C x: the free oracle. Its KKL map T solves a Sylvester equation and its
-// trajectories are a matrix exponential, so tests know the right answer.
+// Linear plant dx/dt = A x + B u, y = C x, for which tests know the right answer: its KKL map T solves a Sylvester
+// equation, and its trajectories are a matrix exponential.
 #pragma once
 
 #include "trainer/plants/plant.h"
@@ -9,7 +9,7 @@ namespace nlo::trainer {
 
 class LinearPlant : public Plant {
  public:
-  /// A n_x x n_x, C n_y x n_x, B n_x x n_u with a channel for each of its columns (none: autonomous).
+  /// A n_x x n_x, C n_y x n_x, B n_x x n_u, with a channel for each column of B (none: autonomous).
   LinearPlant(std::string name, std::vector<codegen::Channel> states, std::vector<codegen::Channel> outputs,
               Eigen::MatrixXd a, Eigen::MatrixXd c, std::vector<codegen::Channel> inputs = {}, Eigen::MatrixXd b = {})
       : Plant(std::move(name), std::move(states), std::move(outputs), std::move(inputs)),

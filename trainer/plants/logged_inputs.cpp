@@ -14,9 +14,9 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kMostPeriods = 1e6;  // between two rows of a log, so that a drawn time falls among the others
+constexpr double kMostPeriods = 1e6;  // between two rows of a log
 
-/// At `time_s` within the log, on the straight line between the rows around it.
+/// Returns the inputs at `time_s` within the log, on the straight line between the rows around it.
 Eigen::VectorXd value_at(const LoggedInputs& log, double time_s) {
   const double* begin = log.time_s.data();
   const auto after = std::upper_bound(begin, begin + log.time_s.size(), time_s) - begin;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Recorded inputs, from which [excitation] draws for the kind "log". Each run takes a stretch of the log from
-// a random time on, the same for all of its inputs, which belong together; a run longer than the log goes on at its
-// beginning. Values are read at the run's samples, on the straight line between rows; between samples they are held as
-// all drawn inputs are (simulate_runs.h).
+// Recorded inputs for the kind "log" of [excitation]. Each run uses a part of the log from a random time on, the same
+// time for all of its inputs, because they belong together. A run longer than the log continues at the beginning of the
+// log. Values at the samples of the run lie on the straight line between rows; between samples they are held like all
+// drawn inputs (simulate_runs.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,11 @@ struct LoggedInputs {
   Eigen::MatrixXd values;  ///< n_u x rows; 0 x 0: no log
 };
 
-/// Reads excitation.log where `kinds` has "log", else nothing. Throws codegen::Error naming file, column and line: see
-/// CsvTable; fewer than two rows; time that does not increase; a value outside of the input's range.
+/// Reads excitation.log if `kinds` has "log", otherwise nothing. Throws codegen::Error with file, column and line: see
+/// CsvTable; for fewer than two rows; for time that does not increase; for a value outside of the input's range.
 LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation);
 
-/// n_u x N of the stretch that begins at `start_s`, 0 <= start_s <= the log's duration.
+/// Returns n_u x N values from `start_s` on, 0 <= start_s <= the log's duration.
 Eigen::MatrixXd stretch_of(const LoggedInputs& log, double start_s, double sample_period_s, Eigen::Index samples);
 
 }  // namespace nlo::trainer

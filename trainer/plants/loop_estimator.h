@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Estimators of the state inside the loop that [feedback] closes: an observer, or a filter beside it.
+// Estimators of the state in the loop of [feedback]: an observer, or a filter for comparison.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,26 +14,27 @@
 
 namespace nlo::trainer {
 
-/// Estimates the states of one run from its samples as they come.
+/// Estimates the states of one run sample by sample.
 class LoopEstimator {
  public:
   virtual ~LoopEstimator() = default;
 
-  /// x_hat at the next sample, one for each state that is estimated ([plant] `estimated`; all, where it names none).
+  /// Returns x_hat at the next sample, one value for each estimated state ([plant] `estimated`; all states if it is
+  /// empty).
   ///   y  n_y; NaN: did not arrive
-  ///   u  n_u, the input before it (input_hold = "zero_order")
+  ///   u  n_u, the input since the last sample (input_hold = "zero_order")
   virtual Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) = 0;
 };
 
-/// One for run `run` of a set, at its start.
+/// Makes an estimator for run `run` of a set, at its start.
 using LoopEstimators = std::function<std::unique_ptr<LoopEstimator>(std::uint64_t run)>;
 
-/// An observer in the arithmetic of its exports, for samples a period apart. Throws codegen::Error unless it reads the
-/// outputs and inputs of the plant and estimates the states that the experiment's [plant] says.
+/// Returns an observer in the arithmetic of its exports, for samples one period apart. Throws codegen::Error unless it
+/// reads the outputs and inputs of the plant and estimates the states of the experiment's [plant].
 LoopEstimators observer_in_loop(const codegen::Model& model, const Experiment& experiment, const Plant& plant);
 
-/// Puts sensors with this noise (measurement_noise.h) before the estimators. In run i of a set they read the same noise
-/// that evaluate() with this noise and seed adds to run i.
+/// Adds sensor noise (measurement_noise.h) before the estimators. In run i of a set it is the noise that evaluate()
+/// with this noise and seed adds to run i.
 LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed);
 
 }  // namespace nlo::trainer

@@ -19,9 +19,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr Index kStates = 64;
-constexpr double kCancelled = 1e-9;  // relative to the largest value among all states: sums of terms that cancel
+constexpr double kCancelled = 1e-9;  // relative to the largest value over all states, for sums of terms that cancel
 
-/// A state, and its image.
+/// A state and its mirror image.
 struct Points {
   MatrixXd x, u;
 
@@ -38,8 +38,8 @@ MatrixXd drawn_box(std::size_t rows, std::uint64_t seed) {
   return draw_initial_states(box, seed, kStates);
 }
 
-/// About the initial states, twice as far out, as these may be one point. Any seed will do: an equation that does not
-/// hold shows it almost everywhere. An input shows at any size.
+/// Returns points around the initial states, up to twice as far out, because the initial states may be one point. The
+/// seed does not matter: an equation that does not hold shows it almost everywhere. Inputs of any size show it.
 Points points_about(const SimulationConfig& simulation, const Plant& plant, bool driven) {
   const std::uint64_t seed = initial_state_seed(1, SeedStream::kCollocation);
   MatrixXd x = draw_initial_states(simulation, seed, kStates);
@@ -49,7 +49,7 @@ Points points_about(const SimulationConfig& simulation, const Plant& plant, bool
   return {std::move(x), driven ? drawn_box(plant.inputs().size(), seed + 2) : MatrixXd()};
 }
 
-/// `values`, a row for each of `channels`, with the sign of the rows in `odd` changed.
+/// Returns `values`, a row for each of `channels`, with the sign of the rows in `odd` changed.
 MatrixXd mirrored(const std::vector<std::string>& odd, const std::vector<codegen::Channel>& channels, MatrixXd values) {
   const Mirror mirror = mirror_of(odd, channels, {});
   for (Index row = 0; row < values.rows() && !mirror.none(); ++row)
@@ -57,9 +57,9 @@ MatrixXd mirrored(const std::vector<std::string>& odd, const std::vector<codegen
   return values;
 }
 
-/// Describes where `found`, the values of an equation at the images of the points, differs from `wanted`, the images of
-/// its values at the points.
-///   wraps  a full turn of an angle is no difference
+/// Describes where `found`, the values of an equation at the mirror images of the points, differs from `wanted`, the
+/// mirror images of its values at the points.
+///   wraps  a difference of full turns of an angle does not count
 std::optional<std::string> difference(const char* what, const std::vector<codegen::Channel>& channels,
                                       const Points& points, const Points& images, const MatrixXd& value,
                                       const MatrixXd& wanted, const MatrixXd& found, bool wraps) {
@@ -70,7 +70,7 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
     if (turn > 0.0) apart -= turn * (apart / turn).array().round().matrix();
     Index worst = 0;
     const double off = apart.cwiseAbs().maxCoeff(&worst);
-    if (!std::isfinite(scale) || off <= kCancelled * scale) continue;  // outside of f's domain nothing can be said
+    if (!std::isfinite(scale) || off <= kCancelled * scale) continue;  // outside of the domain of f there is no result
     return fmt::format("at {} {} of {} is {:.4g}, and at the image {} it is {:.4g} where an odd plant has {:.4g}",
                        points.text(worst), what, channels[static_cast<std::size_t>(i)].name, value(i, worst),
                        images.text(worst), found(i, worst), wanted(i, worst));

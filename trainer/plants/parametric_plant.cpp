@@ -49,10 +49,11 @@ void check(const PlantConfig& config) {
 
 }  // namespace
 
-/// muParser reads its variables through pointers: states, inputs and parameters lie behind each other in `values`.
+/// muParser reads its variables through pointers: states, inputs and parameters are stored one after another in
+/// `values`.
 struct ParametricPlant::Formulas {
   std::vector<double> values;
-  std::deque<mu::Parser> derivative, output;  ///< never moved: a parser on the move would be compiled again
+  std::deque<mu::Parser> derivative, output;  ///< never moved, because a moved parser would be compiled again
 
   void add(std::deque<mu::Parser>& parsers, const std::string& text, const std::string& key,
            const ExpressionNames& names) {
@@ -95,11 +96,11 @@ ParametricPlant::ParametricPlant(const PlantConfig& config)
   for (const std::string& text : config.outputs) formulas_->add(formulas_->output, text, "outputs", names);
   for (const std::string& input : inputs_)
     if (!formulas_->uses(input))
-      fail("inputs", fmt::format("the input \"{}\" acts nowhere; name it in an expression, or remove it", input));
+      fail("inputs", fmt::format("the input \"{}\" has no effect; name it in an expression, or remove it", input));
   for (const std::string& parameter : parameters_)
     if (!formulas_->uses(parameter))
       fail("parameters",
-           fmt::format("the parameter \"{}\" acts nowhere; name it in an expression, or remove it", parameter));
+           fmt::format("the parameter \"{}\" has no effect; name it in an expression, or remove it", parameter));
 }
 
 ParametricPlant::~ParametricPlant() = default;

@@ -16,8 +16,8 @@ namespace nlo::trainer {
 /// Evaluates in place: one thread at a time.
 class ParametricPlant {
  public:
-  /// Throws KeyError naming the expression and the position in it, or the name that does not fit: taken twice, no
-  /// identifier, an input or a parameter that acts nowhere. The outputs have the names of `output_names`.
+  /// Throws KeyError with the expression and the position in it, or with a wrong name: used twice, not an identifier,
+  /// or an input or parameter without effect. The outputs have the names of `output_names`.
   explicit ParametricPlant(const PlantConfig& config);
   ~ParametricPlant();
 
@@ -30,14 +30,15 @@ class ParametricPlant {
   Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
   Eigen::Index np() const { return static_cast<Eigen::Index>(parameters_.size()); }
 
-  /// p, n_p, as in [plant] to begin with. Outside of an expression's domain values are NaN, never an exception.
+  /// Sets p, n_p, which is that of [plant] at first. Outside of the domain of an expression values are NaN, never an
+  /// exception.
   void set_parameters(const Eigen::VectorXd& p);
   Eigen::VectorXd parameter_values() const;
 
-  /// f(x, u), n_x; `u`: n_u.
+  /// Returns f(x, u), n_x; `u`: n_u.
   Eigen::VectorXd derivative(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
 
-  /// h(x, u), n_y.
+  /// Returns h(x, u), n_y.
   Eigen::VectorXd output(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
 
  private:

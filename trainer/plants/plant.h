@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A plant to simulate: dx/dt = f(x, u), y = h(x)   (1); most are affine in u, f(x) + sum_j g_j(x) u_j (24), or have no
-// input. Only the simulator, the baselines that know the model and the PDE residual see one; training needs data alone.
+// A plant to simulate: dx/dt = f(x, u), y = h(x) (1). Most plants are affine in u, f(x) + sum_j g_j(x) u_j (24), or
+// have no input. Only the simulator, the baselines that know the model, and the PDE residual use a plant; training
+// needs only data.
 //
 // To add one: a file of this folder with a function that makes it, and a line in plant_registry.cpp. Tests run over the
 // registry.
@@ -35,23 +36,23 @@ class Plant {
   Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
   Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
 
-  /// f(x) = f(x, 0): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an
-  /// exception. Not for two threads at once: an expression plant evaluates in place.
-  /// Let each thread make a plant of its own.
+  /// Returns f(x) = f(x, 0), n_x x B for x n_x x B, one column per trajectory. A state outside of the domain of f gives
+  /// NaN, never an exception. Two threads must not share a plant, because an expression plant evaluates in place: let
+  /// each thread make its own.
   virtual Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const = 0;
 
-  /// h(x): n_y x B for n_x x B.
+  /// Returns h(x), n_y x B for x n_x x B.
   virtual Eigen::MatrixXd output(const Eigen::MatrixXd& x) const = 0;
 
-  /// f(x, u): n_x x B for n_x x B and n_u x B, each column with its own u; 0 x B: u = 0. Unless a plant overrides it,
-  /// f(x) + sum_j g_j(x) u_j.
+  /// Returns f(x, u), n_x x B, for x n_x x B and u n_u x B, each column with its own u. If u is 0 x B, u = 0. Unless a
+  /// plant overrides it, this is f(x) + sum_j g_j(x) u_j.
   virtual Eigen::MatrixXd driven_derivative(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) const;
 
-  /// Whether f(x, u) is affine in u by its form; else driven_derivative() defines it.
+  /// Returns true if f(x, u) is affine in u by its form. Otherwise driven_derivative() defines it.
   virtual bool affine_in_inputs() const { return true; }
 
-  /// g_j(x) of input j: n_x x B for n_x x B; u_j = 0 leaves f alone. A plant with inputs has one for each; where it is
-  /// not affine in them, f(x, e_j) - f(x, 0).
+  /// Returns g_j(x) of input j, n_x x B for x n_x x B; for u_j = 0 only f remains. A plant with inputs has one for
+  /// each. If the plant is not affine in them, this is f(x, e_j) - f(x, 0).
   virtual Eigen::MatrixXd input_field(const Eigen::MatrixXd& /*x*/, Eigen::Index /*input*/) const {
     throw codegen::Error("plant " + name_ + " has no input field");
   }
@@ -61,7 +62,7 @@ class Plant {
   std::vector<codegen::Channel> states_, outputs_, inputs_;
 };
 
-/// Dimensionless channels by their names.
+/// Returns dimensionless channels with these names.
 inline std::vector<codegen::Channel> channels(std::initializer_list<const char*> names) {
   std::vector<codegen::Channel> result;
   for (const char* name : names) result.push_back({name, "", 0.0});

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Whether channel i is to be sine and cosine.
+/// Returns for each channel whether it is given as sine and cosine.
 std::vector<bool> sincos_of(const std::vector<Encoding>& encodings, const std::vector<Channel>& channels,
                             std::string_view key, std::string_view what) {
   std::vector<bool> sincos(channels.size(), false);
@@ -47,7 +47,7 @@ std::size_t index_of(const std::string& name, const std::vector<Channel>& states
                                                                 : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
-/// Each name is that of a state, an output or an input.
+/// Checks that each name is a state, an output or an input.
 void check_even(const std::vector<std::string>& even, const Plant& plant) {
   std::vector<std::string> known;
   for (const auto* channels : {&plant.states(), &plant.outputs(), &plant.inputs()})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How a plant's states and outputs become the channels of a Dataset, as the columns of a log do: which states are
-// estimated, and which angles are given as their sine and cosine.
+// Converts the states and outputs of a plant to the channels of a Dataset, like the columns of a log: some states are
+// estimated, and some angles are given as sine and cosine.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,24 +14,25 @@ namespace nlo::trainer {
 
 class PlantChannels {
  public:
-  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of a state that is no angle, a state or
-  /// an even channel that is not there, a state named twice.
+  /// Throws KeyError with a key of [plant] for lists of the wrong length, the sine of a state that is not an angle, an
+  /// unknown state or even channel, and a state named twice.
   PlantChannels(const PlantConfig& config, const Plant& plant);
 
   const std::vector<Channel>& states() const { return states_.channels; }
   const std::vector<Channel>& outputs() const { return outputs_.channels; }
 
-  /// Every state in its place, no angle as sine and cosine: the channels are the plant's own.
+  /// Returns true if the channels are those of the plant: every state in its place, no angle as sine and cosine.
   bool plain() const { return states_.plain && outputs_.plain; }
-  bool all_states() const;  ///< each is among the channels, in any form
+  bool all_states() const;  ///< true if each state is among the channels, in any form
 
-  /// Channels (one column per sample) of the plant's states x, n_x x N.
+  /// Returns the channels (one column per sample) of the states x of the plant, n_x x N.
   Eigen::MatrixXd states(const Eigen::MatrixXd& x) const { return encoded(states_, x); }
 
-  /// y of the plant from the channels of its outputs; an angle from its sine and cosine is within half a turn of 0.
+  /// Returns y of the plant from the channels of its outputs. An angle from its sine and cosine is within half a turn
+  /// of 0.
   Eigen::MatrixXd plant_outputs(const Eigen::MatrixXd& channels) const;
 
-  /// The channels of a dataset that holds the plant's own states and outputs.
+  /// Converts a dataset that holds the states and outputs of the plant to the channels.
   void apply(Dataset& dataset) const;
 
  private:
@@ -49,7 +50,7 @@ class PlantChannels {
 
   static void add(Side& side, const Channel& channel, Eigen::Index row, bool sincos);
   static Eigen::MatrixXd encoded(const Side& side, const Eigen::MatrixXd& values);
-  /// d/dt of the channels where the states x move at f.
+  /// Returns d/dt of the channels for states x with derivatives f.
   Eigen::MatrixXd derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const;
 
   Side states_, outputs_;

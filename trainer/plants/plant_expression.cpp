@@ -12,9 +12,9 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr std::size_t kLongestExpression = 4000;  // muParser gives up at 5,000 characters, without saying which
+constexpr std::size_t kLongestExpression = 4000;  // muParser refuses 5,000 characters without naming the text
 
-/// muParser reads "x1 = 2" as an assignment to the state; an equation has no place here.
+/// muParser reads "x1 = 2" as an assignment to the state, which an expression must not contain.
 bool assigns(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;
@@ -32,7 +32,7 @@ bool uses_name(const ExpressionNames& names, std::string_view name) {
          std::any_of(names.constants.begin(), names.constants.end(), [&](const auto& c) { return c.first == name; });
 }
 
-/// muParser's words without its position, which counts from 0.
+/// Returns muParser's message without its position, which counts from 0.
 std::string words_of(const mu::ParserError& error) {
   std::string words = error.GetMsg();
   for (const char* position : {" found at position", " at position"})
@@ -52,7 +52,7 @@ void compile_expression(mu::Parser& parser, const std::string& text, const std::
     throw codegen::Error(fmt::format("{} has {} characters; {} are the most", where, text.size(), kLongestExpression));
   if (assigns(text)) fail("\"=\" has no place in an expression; give only the right-hand side, compare by ==");
   try {
-    parser.ClearConst();  // muParser's own _pi and _e
+    parser.ClearConst();  // removes muParser's own _pi and _e
     if (!uses_name(names, "pi")) parser.DefineConst("pi", 3.141592653589793);
     for (std::size_t i = 0; i < names.variables.size(); ++i) parser.DefineVar(names.variables[i], values + i);
     for (const auto& [name, value] : names.constants) parser.DefineConst(name, value);

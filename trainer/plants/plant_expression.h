@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One expression of a user in muParser's language: + - * / ^, sin cos tan asin acos atan atan2 sinh cosh tanh exp ln
-// log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. What a plant by equations and an excitation read; a
-// part of it flies (codegen/model/expression.h), and means the same there.
+// log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. Plants by equations and excitations use it. A part
+// of the language also flies (codegen/model/expression.h), with the same meaning.
 #pragma once
 
 #include <muParser.h>
@@ -17,12 +17,12 @@ namespace nlo::trainer {
 struct ExpressionNames {
   std::vector<std::string> variables = {};
   PlantParameters constants = {};
-  std::string hint = {};  ///< ends the message about a name or sign that is not known
+  std::string hint = {};  ///< end of the message about an unknown name or sign
 };
 
 /// Makes `parser` evaluate `text`.
 ///   where   stands before the text in messages: "[plant] outputs[0]"
-///   values  one for each variable, read anew by each evaluation; they outlive the parser at this address
+///   values  one for each variable, read again by each evaluation; they must outlive the parser at this address
 /// Throws codegen::Error: WHERE "TEXT": reason and position.
 void compile_expression(mu::Parser& parser, const std::string& text, const std::string& where,
                         const ExpressionNames& names, double* values);

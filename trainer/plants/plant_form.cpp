@@ -18,7 +18,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Columns of either sign, each entry from a thousandth to a thousand times its scale.
+/// Returns columns of either sign, each entry from a thousandth to a thousand times its scale.
 Eigen::MatrixXd random_points(const Eigen::VectorXd& scale) {
   constexpr Eigen::Index kPoints = 400;
   constexpr double kDecades = 3.0;
@@ -37,7 +37,7 @@ struct AffineFit {
 
 template <class Function>
 AffineFit fit(const Function& function, const Eigen::MatrixXd& points) {
-  // An expression of some twenty operations that cancel no more than the sum of their terms.
+  // Rounding of an expression with some twenty operations, without more cancellation than in the sum of its terms.
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   const Eigen::Index nx = points.rows();
   AffineFit result;
@@ -47,7 +47,7 @@ AffineFit fit(const Function& function, const Eigen::MatrixXd& points) {
   const Eigen::MatrixXd left = (values - result.matrix * points).colwise() - result.offset;
   const Eigen::MatrixXd size = result.matrix.cwiseAbs() * points.cwiseAbs() +
                                result.offset.cwiseAbs() * (points.colwise().lpNorm<1>().array() + 1.0).matrix();
-  result.fits = (left.array().abs() <= kRounding * size.array()).all();  // not where a value is no number
+  result.fits = (left.array().abs() <= kRounding * size.array()).all();  // false if a value is NaN
   return result;
 }
 
@@ -64,7 +64,7 @@ Linearity recognise_linear(const Plant& plant, const Eigen::VectorXd& scale) {
 
 namespace {
 
-/// The box's points that g is compared at: the same in every run.
+/// Returns the points of the box at which g is compared, the same in every run.
 Eigen::MatrixXd check_points(const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
   constexpr Eigen::Index kPoints = 256;
   SimulationConfig box;
@@ -73,7 +73,8 @@ Eigen::MatrixXd check_points(const Eigen::VectorXd& low, const Eigen::VectorXd& 
   return draw_initial_states(box, 1, kPoints);
 }
 
-/// f(x, u) that is not affine in u has no input field: f(x, e_j) - f(x, 0) would miss it at every other u.
+/// Throws if f(x, u) is not affine in u. Such a plant has no input field: f(x, e_j) - f(x, 0) would be wrong at every
+/// other u.
 void refuse_curved_inputs(const Plant& plant, const Eigen::MatrixXd& points) {
   if (plant.affine_in_inputs()) return;
   constexpr double kRounding = 1e-9;  // bounds the rounding of the differences above, some 1e-15 of the size of f
@@ -98,7 +99,7 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
   if (plant.nu() == 0) throw codegen::Error(fmt::format("plant {} has no input, so no input field", plant.name()));
   const Eigen::Index nx = plant.nx();
   const Eigen::VectorXd centre = 0.5 * (low + high);
-  // A state that starts at one value moves on from there: W needs its slope too.
+  // A state that starts at one value still moves during a run, so W needs its slope, too.
   const Eigen::Array<bool, Eigen::Dynamic, 1> wide = high.array() > low.array();
   const Eigen::VectorXd half_width = wide.select(0.5 * (high - low), 1.0);
   const Eigen::MatrixXd offsets = half_width.asDiagonal();
@@ -122,7 +123,8 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
     const double most = deviation.maxCoeff<Eigen::PropagateNaN>(&row, &column);
     if (most <= kRounding * std::max(1.0, g.cwiseAbs().maxCoeff())) continue;
     throw codegen::Error(fmt::format(
-        "plant {}: the field of input {} is not affine in the state: at x = ({}) it misses the affine fit by {:.3g}; a "
+        "plant {}: the field of input {} is not affine in the state: at x = ({}) it differs from the affine fit by "
+        "{:.3g}; a "
         "driven observer carries g(x) = W x + b, so take a smaller box, or states in which g is affine",
         plant.name(), plant.inputs()[static_cast<std::size_t>(j)].name, fmt::join(points.col(column), ", "), most));
   }

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// "did you mean ...?" or the list of known names.
+/// Returns "did you mean ...?" or the list of known names.
 std::string advice(std::string_view wrong, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(wrong, known);
   if (!nearest.empty()) return fmt::format("did you mean \"{}\"?", nearest);
@@ -63,7 +63,7 @@ std::unique_ptr<Plant> make_plant(const PlantConfig& config) {
     if (!wraps->empty())
       throw KeyError(
           fmt::format("plant.{}", key),
-          fmt::format("[plant] {} is of a plant given by equations; no built-in one has an angle: remove it", key));
+          fmt::format("[plant] {} is for a plant given by equations; built-in plants have no angles: remove it", key));
   std::vector<std::string> known;
   for (const PlantEntry& entry : plant_registry()) {
     if (entry.name == config.model) return entry.make(complete_parameters(entry, config.parameters));

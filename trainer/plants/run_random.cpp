@@ -11,7 +11,8 @@
 namespace nlo::trainer {
 
 double sine_of_turns(double t) {
-  // t = (q + f) / 4 with q whole and |f| <= 1/2; then |angle| <= pi / 4, where Taylor's next term is below 1e-17.
+  // t = (q + f) / 4 with an integer q and |f| <= 1/2. Then |angle| <= pi / 4, and the next term of the series is below
+  // 1e-17.
   constexpr double kHalfPi = 1.5707963267948966;
   const double part = t - std::floor(t), q = std::floor(4.0 * part + 0.5), angle = (4.0 * part - q) * kHalfPi;
   const double s = angle * angle;

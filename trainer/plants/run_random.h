@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Random numbers of one simulated run, and the few functions that its signals need: in double, from additions,
-// multiplications, divisions and square roots alone, each rounded once, so that they are the same bits on every machine
-// (libraries differ in the last bit of exp, log and sin).
+// Random numbers of one simulated run, and the functions that its signals need. They use only additions,
+// multiplications, divisions and square roots in double, each rounded once, so that they have the same bits on every
+// machine (libraries differ in the last bit of exp, log and sin).
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace nlo::trainer {
 
-/// sin(2 pi t) to 4e-16, for |t| < 2^51.
+/// Returns sin(2 pi t) with an error of 4e-16, for |t| < 2^51.
 double sine_of_turns(double t);
 
-/// ln x for finite x > 0, to a relative 4e-16 (absolute near 1).
+/// Returns ln x for finite x > 0, with a relative error of 4e-16 (absolute near 1).
 double portable_log(double x);
 
-/// e^x for |x| < 700, to a relative 1e-15.
+/// Returns e^x for |x| < 700, with a relative error of 1e-15.
 double portable_exp(double x);
 
 /// The purposes for which a run draws random numbers. Their streams are independent (base/random.h has other seeds).
@@ -29,9 +29,9 @@ enum class RunPurpose : std::uint64_t {
   kEstimateError
 };
 
-/// The stream (engine seed, purpose, part, run): runs, and inputs of a run, never share numbers.
+/// The stream (engine seed, purpose, part, run). Different runs, and different inputs of a run, never share numbers.
 ///   engine_seed  initial_state_seed(seed, stream)
-///   part         which input; 0 where there is one stream for a run
+///   part         index of an input; 0 if a run has one stream
 class RunRandom {
  public:
   RunRandom(std::uint64_t engine_seed, RunPurpose purpose, std::uint64_t part, std::uint64_t run);

@@ -14,19 +14,19 @@ namespace nlo::trainer {
 namespace {
 
 constexpr double kLeaves = 10.0;  // half widths of the box
-// A drift doubles from half of the horizon to its end; a state that settles or swings does not.
+// A drift doubles from half of the horizon to its end; a state that settles or oscillates does not.
 constexpr double kGrowth = 1.8;
-constexpr double kRunaway = 5.0;  // growth of a state that starts at one point; rest under a constant force has 4
-constexpr double kOutside = 3.0;  // half widths; a state that grows within its box is slow, not lost
+constexpr double kRunaway = 5.0;  // growth of a state that starts at one point; a constant force from rest gives 4
+constexpr double kOutside = 3.0;  // half widths; a state that grows within its box is slow, not unbounded
 
-/// One state over all runs, seen from the centre of the box.
+/// Statistics of one state over all runs, relative to the centre of the box.
 struct Range {
-  double farthest = 0.0, farthest_s = 0.0;  ///< |x - centre|, and when
-  double value = 0.0;                       ///< x there
+  double farthest = 0.0, farthest_s = 0.0;  ///< largest |x - centre| and its time
+  double value = 0.0;                       ///< value of x at that time
   const std::string* run = nullptr;
-  double first_half = 0.0, last_quarter = 0.0;  ///< farthest then
+  double first_half = 0.0, last_quarter = 0.0;  ///< largest |x - centre| in these parts of the horizon
   double leaves_s = 0.0;                        ///< first time beyond ten half widths
-  std::size_t leaving = 0;                      ///< runs that go beyond
+  std::size_t leaving = 0;                      ///< number of runs that go beyond
 };
 
 Range range_of(const Dataset& runs, Eigen::Index state, double centre, double half_width) {
@@ -58,7 +58,8 @@ bool reads(const std::string& expression, const std::string& name) {
   return false;
 }
 
-/// An output measures this state itself, and nothing of the plant depends on it: an encoder's count.
+/// Returns true if an output measures this state itself and nothing else of the plant depends on it, like the count of
+/// an encoder.
 bool is_count(const Experiment& experiment, const std::string& state) {
   const PlantConfig& plant = *experiment.plant;
   if (std::find(plant.outputs.begin(), plant.outputs.end(), state) == plant.outputs.end()) return false;
@@ -70,7 +71,7 @@ bool is_count(const Experiment& experiment, const std::string& state) {
   return true;
 }
 
-/// For an encoder, whose count grows with the horizon: not a shorter one.
+/// Returns the remedy for an encoder, whose count grows with the horizon. A shorter horizon is not a remedy.
 std::string of_a_count(const Experiment& experiment, const std::string& state) {
   const ObserverConfig& o = experiment.observer;
   if (o.features == FeatureSet::kLatentMinusOutput && o.output_injection == Injection::kUnitGain)

@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far inside of the range of RK4
+constexpr double kEscape = 1e9;  // far beyond the useful range of any plant, far below overflow in RK4
 
 }  // namespace
 
@@ -53,7 +53,7 @@ Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h,
 }
 
 Eigen::Index sample_count(const SimulationConfig& config) {
-  // A horizon that is a whole number of periods up to rounding keeps its last sample.
+  // A horizon that is a whole number of periods up to rounding includes its last sample.
   constexpr double kRounding = 1e-9;
   return static_cast<Eigen::Index>(std::floor(config.horizon_s / config.sample_period_s + kRounding)) + 1;
 }

@@ -13,38 +13,38 @@
 
 namespace nlo::trainer {
 
-/// f(x, u), n_x x B for n_x x B, with one u (n_u) for all columns; empty: f(x).
+/// Returns f(x, u), n_x x B for x n_x x B, with one u (n_u) for all columns; empty u: f(x).
 Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::VectorXd& u);
 
-/// One RK4 step of length h from time_s for each column of x (n_x x B).
+/// Takes one RK4 step of length h from time_s for each column of x (n_x x B).
 Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h, const Excitation& excitation = {},
                          double time_s = 0.0);
 
-/// The first column of x that is out of any plant's useful range (|x| > 1e9 or NaN); -1: none.
+/// Returns the first column of x beyond the useful range of any plant (|x| > 1e9 or NaN); -1: none.
 Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 
-/// Throws codegen::Error naming the plant, the channel (of the rows of x), the initial state (a column of `initial`)
-/// and the time when one of x has escaped.
+/// Throws codegen::Error if a column of x has escaped, with the plant, the channel (a row of x), the initial state (a
+/// column of `initial`) and the time.
 void refuse_escape(const Plant& plant, const std::vector<codegen::Channel>& channels, const Eigen::MatrixXd& x,
                    const Eigen::MatrixXd& initial, double time_s);
 
-/// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
+/// Returns the number of samples of [0, horizon_s], both ends included: 2,501 for 50 s at 0.02 s.
 Eigen::Index sample_count(const SimulationConfig& config);
 
-/// Takes the jumps out of outputs that are angles (h may be an atan2), each trajectory from its first sample.
+/// Unwraps outputs that are angles (h may be an atan2), each trajectory from its first sample.
 void unwrap_outputs(Dataset& dataset);
 
-/// `count` runs with their names and times, without inputs; states and outputs have their sizes and no values.
+/// Returns `count` runs with their names and times, without inputs. States and outputs have their sizes but no values.
 Dataset empty_runs(const Plant& plant, const SimulationConfig& config, Eigen::Index count);
 
-/// Noise-free trajectories from the columns of `initial` (n_x x count), all with the same excitation; u at the samples
-/// is recorded. States and outputs are the plant's own (see PlantChannels), angles unwrapped. Throws codegen::Error
-/// naming the plant, the initial state and the time when a trajectory leaves the numbers (|x| > 1e9 or NaN).
+/// Simulates noise-free trajectories from the columns of `initial` (n_x x count), all with the same excitation; u at
+/// the samples is recorded. States and outputs are those of the plant (see PlantChannels), with angles unwrapped.
+/// Throws codegen::Error with the plant, the initial state and the time if a trajectory overflows (|x| > 1e9 or NaN).
 Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
                       const Excitation& excitation = {});
 
-/// Simulates from drawn initial states (see initial_states.h). The engine's seed decides them: initial_state_seed(seed,
-/// stream).
+/// Simulates from drawn initial states (see initial_states.h). The seed of the engine determines them:
+/// initial_state_seed(seed, stream).
 Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
                  double box_scale = 1.0, const Excitation& excitation = {});
 

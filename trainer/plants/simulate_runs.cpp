@@ -21,10 +21,10 @@
 namespace nlo::trainer {
 namespace {
 
-/// u (n_u x B, or 0 x B) of the runs of a batch in the step from sample k on, when the part c of it is over.
+/// Returns u (n_u x B, or 0 x B) of the runs of a batch at the fraction c of the step from sample k.
 using StepInputs = std::function<Eigen::MatrixXd(Eigen::Index k, double c)>;
 
-/// Some runs of a set, side by side: they have the same plant.
+/// Runs of a set that are simulated together because they have the same plant.
 struct Batch {
   Eigen::Index first, count;
 };
@@ -48,7 +48,7 @@ StepInputs step_inputs(const Experiment& experiment, const Excitation& given, co
   };
 }
 
-/// Closes the loop of those runs of a set that are in it: u_k = k(x_hat_k, r_k) acts over (t_k, t_{k+1}].
+/// Closes the loop of the runs of a set that are in closed loop: u_k = k(x_hat_k, r_k) acts over (t_k, t_{k+1}].
 class Loop {
  public:
   Loop(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const LoopEstimators& estimators)
@@ -58,7 +58,7 @@ class Loop {
         engine_seed_(engine_seed),
         make_(estimators) {}
 
-  /// Sets the input before the run: the actuator at rest.
+  /// Sets the input before the run, with the actuator at rest.
   void begin(Eigen::Index run, Trajectory& trajectory) {
     if (!in_closed_loop(feedback_, run)) return;
     trajectory.inputs.col(0) = law_.clipped(Eigen::VectorXd::Zero(trajectory.inputs.rows()));
@@ -75,7 +75,7 @@ class Loop {
       own.error(static_cast<Eigen::Index>(i)) = feedback_.error[i] * random.normal();
   }
 
-  /// Sample k of all runs in the loop. inputs(:,k+1) is the reference, and becomes u.
+  /// Closes the loop at sample k of all such runs. inputs(:,k+1) holds the reference and is replaced by u.
   void close(Eigen::Index k, Dataset& set) {
     for (InLoop& own : runs_) {
       Trajectory& run = set.trajectories[static_cast<std::size_t>(own.run)];
@@ -88,7 +88,7 @@ class Loop {
  private:
   struct InLoop {
     Eigen::Index run = 0;
-    std::unique_ptr<LoopEstimator> estimator = {};  ///< null: the true state and `error`
+    std::unique_ptr<LoopEstimator> estimator = {};  ///< null: the true state plus `error`
     Eigen::VectorXd error = {};
   };
 
@@ -134,7 +134,7 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
   }
 }
 
-/// Inputs at the samples: drawn, or of u(t).
+/// Sets the inputs at the samples, drawn or from u(t).
 void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const Excitation& given,
                  Dataset& set) {
   if (!given && !experiment.moves_inputs()) return;
@@ -156,7 +156,7 @@ void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t
   }
 }
 
-/// A parameter's name determines its stream, independent of other draws (FNV-1a).
+/// Returns the stream of a parameter. It depends only on its name (FNV-1a), not on other draws.
 std::uint64_t stream_of(std::string_view name) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Simulated sets as an experiment describes them: each run with inputs of its own ([excitation]), with parameters of
-// its own ([plant] parameters with a range) and with process noise ([simulation]). Where an experiment has none of
-// these, it is simulate(), to the bit.
+// Simulated sets of an experiment. Each run has its own inputs ([excitation]), its own parameters ([plant] parameters
+// with a range) and process noise ([simulation]). For an experiment with none of these the result equals simulate() bit
+// for bit.
 //
 // Inputs are drawn at the samples and act between them as [observer] input_hold says, as in the loop and as an
 // observer assumes:
@@ -20,23 +20,24 @@
 
 namespace nlo::trainer {
 
-/// The plant of one run: each parameter with a range drawn uniformly from it, by a stream of its own.
+/// Draws the plant of one run: each parameter with a range is uniform in it, with a stream of its own.
 PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed, std::uint64_t run);
 
-/// `count` runs from drawn initial states (initial_states.h), by RK4 at the sample period; after each step process
-/// noise adds N(0, sigma_i^2 h) to x_i.
+/// Simulates `count` runs from drawn initial states (initial_states.h), by RK4 at the sample period. After each step
+/// process noise adds N(0, sigma_i^2 h) to x_i.
 ///   experiment   has a [plant]
-///   plant        make_plant() of it, by the nominal parameters
-///   engine_seed  initial_state_seed(seed, stream): decides the initial states and all that is drawn
-///   estimators   close the loop of [feedback]; null: the true state and the drawn error do
-///   given        u(t) for all runs in place of [excitation]; null: as the experiment says
-/// Runs in closed loop: drawn inputs are the references, inputs(:,k+1) = sat(k(x_hat_k, r_{k+1})), where x_hat_k knows
-/// y_0 ... y_k and the inputs up to inputs(:,k); inputs(:,0) is the actuator at rest.
-/// Throws codegen::Error when a run leaves the numbers, as simulate().
+///   plant        its make_plant(), with the nominal parameters
+///   engine_seed  initial_state_seed(seed, stream): determines the initial states and all other draws
+///   estimators   close the loop of [feedback]; null: the loop reads the true state and the drawn error
+///   given        u(t) for all runs instead of [excitation]; null: by the experiment
+/// In runs in closed loop the drawn inputs are the references: inputs(:,k+1) = sat(k(x_hat_k, r_{k+1})), where x_hat_k
+/// knows y_0 ... y_k and the inputs up to inputs(:,k). inputs(:,0) is the actuator at rest. Throws codegen::Error if a
+/// run overflows, like simulate().
 Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, Eigen::Index count,
                       double box_scale = 1.0, const Excitation& given = {}, const LoopEstimators& estimators = {});
 
-/// Ten times the farthest |x_i| of some runs as in training, n_x: an estimate beyond it is no state of the plant.
+/// Returns ten times the largest |x_i| of some runs like those of training, n_x. An estimate beyond it is not a state
+/// of the plant.
 Eigen::VectorXd farthest_states(const Experiment& experiment);
 
 }  // namespace nlo::trainer

@@ -13,13 +13,13 @@
 
 namespace nlo::trainer {
 
-/// Expressions over the plant's states and one more number for each input. It stays where it was made: the parsers
+/// Expressions over the states of the plant and one more number for each input. It cannot be moved, because the parsers
 /// point at the values.
 class LoopExpressions {
  public:
   using NameOfInput = std::string (*)(const std::string& input);
 
-  /// `where`: before each text in messages, with its place in the list where that is one.
+  /// `where` stands before each text in messages, with its index if it is a list.
   LoopExpressions(const std::vector<std::string>& texts, const std::string& where, const Plant& plant,
                   const PlantParameters& constants, NameOfInput name_of)
       : texts_(texts), where_(where) {
@@ -32,7 +32,7 @@ class LoopExpressions {
                          values_.data());
   }
 
-  /// Whether text j reads a name.
+  /// Returns true if text j uses a name.
   bool reads(std::size_t j, const std::string& name) const { return parsers_[j].GetUsedVar().contains(name); }
 
   Eigen::VectorXd evaluate(const Eigen::VectorXd& x, const Eigen::VectorXd& of_inputs) {

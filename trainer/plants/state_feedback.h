@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// State feedback u = sat(k(x_hat, r)) as in an experiment's [feedback], which closes the loop over an observer.
+// State feedback u = sat(k(x_hat, r)) of an experiment's [feedback], which closes the loop over an observer.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,46 +12,46 @@
 
 namespace nlo::trainer {
 
-/// Name of an input's reference in a law: "r_torque" for "torque".
+/// Returns the name of an input's reference in a law: "r_torque" for "torque".
 std::string reference_name(const std::string& input);
 
-/// Whether run i of a set is in the loop: `share` of them, spread evenly.
+/// Returns true if run i of a set is in closed loop. `share` of the runs are, spread evenly.
 bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run);
 
 class LoopExpressions;
 
 class StateFeedback {
  public:
-  /// Laws over the states that [plant] `estimated` names (all of the plant's, where it names none), the references and
-  /// the nominal parameters. Throws codegen::Error naming the law and the position in it, or the state that it reads
-  /// and the observer does not estimate.
+  /// Laws over the states that [plant] `estimated` names (all states if it is empty), the references and the nominal
+  /// parameters. Throws codegen::Error with the law and the position in it, or with a state that the law uses and the
+  /// observer does not estimate.
   ///   config  the section that `plant` was made from
   StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config);
   ~StateFeedback();
 
-  /// u, n_u, within the limits of the actuators. Throws codegen::Error where a law is no number.
+  /// Returns u, n_u, within the limits of the actuators. Throws codegen::Error if a law gives NaN.
   ///   x_hat      one for each estimated state, in the order of `estimated`
   ///   reference  n_u, one for each input
   Eigen::VectorXd operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference);
 
-  /// u clipped to the limits; an actuator at rest has clipped(0).
+  /// Returns u clipped to the limits. An actuator at rest has clipped(0).
   Eigen::VectorXd clipped(const Eigen::VectorXd& u) const;
 
  private:
   std::unique_ptr<LoopExpressions> laws_;
   std::vector<Eigen::Index> rows_;  ///< rows of the estimated states among the plant's
-  Eigen::VectorXd x_hat_;           ///< n_x; 0 where nothing is estimated, and no law reads it
+  Eigen::VectorXd x_hat_;           ///< n_x; 0 for states that are not estimated, which no law uses
   Eigen::VectorXd low_, high_;
 };
 
 /// Cost of a sample of the loop, [feedback] cost: an expression over states, inputs and nominal parameters.
 class LoopCost {
  public:
-  /// Throws codegen::Error naming the key and the position in it.
+  /// Throws codegen::Error with the key and the position in it.
   LoopCost(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants);
   ~LoopCost();
 
-  /// Throws codegen::Error where it is no number.
+  /// Returns the cost. Throws codegen::Error if it is NaN.
   ///   x  n_x
   ///   u  n_u, as the actuator holds it
   double operator()(const Eigen::VectorXd& x, const Eigen::VectorXd& u);

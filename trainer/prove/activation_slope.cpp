@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kNarrowest = 1e-9;  // least width of an interval with a chord
 
-/// Bound of the error of some ten roundings and a function of the library, for values and slopes of arguments of that
-/// size: |value| <= 1.1 |x|, |slope| <= 1.1.
+/// Bounds the error of about ten roundings and a library function, for values and slopes at arguments of this size:
+/// |value| <= 1.1 |x|, |slope| <= 1.1.
 double slack(double size) {
   constexpr double kMany = 64.0;
   static_assert(kMany > 8.0 * kLibraryUlps);
@@ -26,7 +26,7 @@ double slack(double low, double high, double at = 0.0) {
   return slack(std::abs(low) + std::abs(high) + std::abs(at));
 }
 
-/// Widens the range of a function over [low, high], as its ends have it, by where it turns in between.
+/// Widens a range over [low, high], computed from its ends, by the turning points of the function in between.
 void include_turns(const codegen::TurningPoints& turns, double low, double high, double& lowest, double& highest) {
   for (const codegen::TurningPoint& turn : turns) {
     if (low > turn.at + turn.margin || high < turn.at - turn.margin) continue;
@@ -39,8 +39,8 @@ struct Line {
   double centre, gradient, remainder;
 };
 
-/// The chord of `function` on [low, high], moved to the middle of the remainder; `centre` is its value at `at`.
-///   bend  the function's largest second derivative
+/// Returns the chord of `function` on [low, high], moved to the middle of the remainder. `centre` is its value at `at`.
+///   bend  largest second derivative of the function
 template <class Function>
 Line chord(const Function& function, double bend, double low, double high, double at) {
   constexpr int kIntervals = 8;
@@ -52,7 +52,7 @@ Line chord(const Function& function, double bend, double low, double high, doubl
     least = std::min(least, left);
     most = std::max(most, left);
   }
-  // Between two points a function leaves its chord by at most h^2 / 8 times its second derivative.
+  // Between two points, a function differs from its chord by at most h^2 / 8 times its second derivative.
   return {0.5 * (least + most), gradient, 0.5 * (most - least) + bend * h * h / 8.0 + slack(low, high, at)};
 }
 
@@ -71,7 +71,7 @@ SlopeRange slope_range(const ActivationRow& activation, double low, double high)
 
 SlopeLine slope_line(const ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      const Eigen::VectorXd& v) {
-  constexpr double kWidest = 2.0;  // a chord is no better than a constant over much of the curve
+  constexpr double kWidest = 2.0;  // over much of the curve, a chord is no better than a constant
   const Eigen::Index n = v.size();
   SlopeLine line{Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
   for (Eigen::Index i = 0; i < n; ++i) {

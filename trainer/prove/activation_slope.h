@@ -10,18 +10,19 @@
 
 namespace nlo::trainer {
 
-/// No slope of an activation, and no centre of a line, is larger.
+/// Every slope of an activation and every centre of a line is at most this.
 inline constexpr double kSteepest = 2.0;
 
-/// Smallest and largest slope.
+/// The smallest and the largest slope.
 struct SlopeRange {
   double low, high;
 };
 
-/// Over [low, high]; but for rounding exact for tanh and relu, within 1e-5 for silu.
+/// Returns the slopes over [low, high]. Except for rounding, they are exact for tanh and relu, and within 1e-5 for
+/// silu.
 SlopeRange slope_range(const codegen::ActivationRow& activation, double low, double high);
 
-/// Slopes of neurons over intervals of their pre-activations x, v being one point of each:
+/// Slopes of neurons over intervals of their pre-activations x, where v is one point of each interval:
 ///   slope(x) = centre + gradient (x - v) +- remainder,   slope(x) = centre +- range
 struct SlopeLine {
   Eigen::VectorXd centre, gradient, remainder, range;
@@ -29,14 +30,14 @@ struct SlopeLine {
 SlopeLine slope_line(const codegen::ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      const Eigen::VectorXd& v);
 
-/// The activations themselves over such intervals: activation(x) = offset + gradient x +- remainder.
+/// The activations over such intervals: activation(x) = offset + gradient x +- remainder.
 struct ActivationLine {
   Eigen::VectorXd offset, gradient, remainder;
 };
 ActivationLine activation_line(const codegen::ActivationRow& activation, const Eigen::VectorXd& low,
                                const Eigen::VectorXd& high);
 
-/// Ranges of the activations themselves over [low, high].
+/// Writes the ranges of the activations over [low, high].
 void activated_range(const codegen::ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      Eigen::VectorXd& lowest, Eigen::VectorXd& highest);
 

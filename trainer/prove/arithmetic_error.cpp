@@ -17,7 +17,7 @@ using Eigen::Index;
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// The map and its flown form, over one box at a time.
+/// The map and its form in the export, over one box at a time.
 class FlownEnclosure {
  public:
   FlownEnclosure(const codegen::Model& model, const MapRegion& region, const FlownMap& flown, const Vector& latent_off)
@@ -60,7 +60,7 @@ class FlownEnclosure {
     const Vector in = reads.head(input_off_.size());
     const Vector middle_in = (inputs_ * box.centre).head(in.size());
     Vector low_in = middle_in - kRaised * (inputs_.cwiseAbs() * box.radius).head(in.size());  // input of a layer
-    Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // how far it is off
+    Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // error of that input
     std::vector<Known> locals;
     std::vector<SlopeLine> slopes;
     for (std::size_t l = 0; l < ranges.size(); ++l) {
@@ -86,7 +86,7 @@ class FlownEnclosure {
     Known error = sum_error(last, low_in, high_in);
     error.radius += flown_.output_rounding * out + flown_.path_off * in +
                     flown_.path_rounding * (out + (path_.cwiseAbs() + flown_.path_off) * in);
-    // The Jacobian of the net behind a layer, back to the inputs.
+    // The Jacobian of the network after a layer, computed from the last layer back to the inputs.
     Matrix tail = layers_[last].weights, around = off_[last].weights;
     for (std::size_t l = last; l-- > 0;) {
       error.middle += tail * locals[l].middle;
@@ -105,11 +105,11 @@ class FlownEnclosure {
   }
 
  private:
-  /// More than all roundings of the sums here, of a few thousand terms at most, are of the sum of their sizes.
+  /// Exceeds the rounding errors of all sums here, of a few thousand terms at most, relative to the sum of their sizes.
   static constexpr double kRounding = 1e-11, kRaised = 1.0 + kRounding;
   static_assert(kRounding > gamma(40000));
 
-  /// An error within middle +- radius.
+  /// An error that is known to be within middle +- radius.
   struct Known {
     Vector middle, radius;
 
@@ -121,7 +121,8 @@ class FlownEnclosure {
     return (layers_[l].weights.cwiseAbs() + flown.known.weights.cwiseAbs() + flown.off.weights) * size +
            layers_[l].bias.cwiseAbs() + flown.known.bias.cwiseAbs() + flown.off.bias;
   }
-  /// Error of the sums of layer l against the real layer, for flown inputs between `low` and `high`.
+  /// Bounds the error of the sums of layer l compared with the real layer, for exported inputs between `low` and
+  /// `high`.
   Known sum_error(std::size_t l, const Vector& low, const Vector& high) const {
     const FlownLayer& layer = flown_.layers[l];
     const Vector middle = 0.5 * (low + high), size = low.cwiseAbs().cwiseMax(high.cwiseAbs());

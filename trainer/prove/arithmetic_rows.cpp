@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of the arithmetic that flies: float, 16-bit weights and int16 against real numbers, per estimate.
+// Rows about the arithmetic of exports: float, 16-bit weights and int16 compared with real numbers, for each estimate.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ constexpr Format kFormats[] = {{"float", codegen::ScalarType::kFloat, codegen::W
                                {"bf16", codegen::ScalarType::kFloat, codegen::WeightType::kBfloat16},
                                {"int16", codegen::ScalarType::kInt16, codegen::WeightType::kFull}};
 
-/// A model in one of them, and the searched region.
+/// A model in one of these formats, and the searched region.
 struct Flown {
   codegen::FoldedModel folded;
   std::optional<codegen::QuantisedModel> quantised;
@@ -74,7 +74,7 @@ class MapSearch {
         float_(unfolded(*flown.folded.inverse_map(), codegen::inverse_map(model)->inputs()),
                codegen::Activations::kRuntime) {}
 
-  /// |flown - exact| of each output, at q in +-1 of the region's box; its inputs are floats.
+  /// Returns |exported - exact| of each output, at q in +-1 of the region's box. Its inputs are floats.
   Vector at(const Vector& q) const {
     const Vector in = region_.inputs * (region_.box.centre + region_.box.radius.cwiseProduct(q));
     const Eigen::VectorXf given = in.cast<float>();
@@ -87,10 +87,10 @@ class MapSearch {
     return (out - exact_(given.cast<double>())).cwiseAbs();
   }
 
-  /// The largest at random points, then by draws around the best of each output.
+  /// Returns the largest error at random points, and then at draws around the best point of each output.
   Vector largest(std::uint64_t seed) const {
     constexpr int kPoints = 4000, kDraws = 1500;
-    constexpr double kInside = 1.0 - 1e-6;  // a float next to an end is not beyond it
+    constexpr double kInside = 1.0 - 1e-6;  // a float close to an end is not beyond it
     std::mt19937_64 engine(seed);
     const Index n = region_.box.centre.size();
     const auto draw = [&] {
@@ -126,7 +126,8 @@ class MapSearch {
   codegen::ReferenceNetwork<float> float_;
 };
 
-/// Readings of a flight: tones (with faults), or levels that are held, on whose way to rest float's z stops early.
+/// Readings of a flight: tones (with faults), or constant levels. When z in float comes to rest at a level, it stops
+/// early.
 codegen::ReplayInputs flight(const codegen::Model& model, int stale_after, std::uint64_t seed, double amplitude,
                              bool levels) {
   constexpr int kSamples = 1500;
@@ -152,7 +153,7 @@ codegen::ReplayInputs flight(const codegen::Model& model, int stale_after, std::
   return inputs;
 }
 
-/// The exported observer beside the equations in double, for as long as z has been in its domain.
+/// Compares the exported observer with the equations in double, as long as z stays in its domain.
 Vector largest_in_flight(const codegen::Model& model, const Format& format, const Flown& flown, std::uint64_t seed) {
   constexpr int kRuns = 16;
   Vector found = Vector::Zero(model.nx());
@@ -179,7 +180,7 @@ Vector largest_in_flight(const codegen::Model& model, const Format& format, cons
   return found;
 }
 
-/// Why the steps of z are left out; empty where they are not.
+/// Returns the reason why the steps of z have no row; empty if they have one.
 std::string steps_left_out(const codegen::Model& model) {
   if (!moves_linearly(model))
     return fmt::format("the steps of structure {} are not part of it", codegen::structure_name(model));

@@ -19,7 +19,7 @@ double noise_limit(const std::string& text, const NoiseConfig& training) {
                                                       : std::sqrt(3.0 * noise_row(own.kind).variance));
   };
   if (text.empty()) {
-    double largest = 0.0;  // one V for all outputs: that of the strongest
+    double largest = 0.0;  // all outputs share the largest V
     for (const SensorNoise& own : training.sensors) largest = std::max(largest, as_uniform(own));
     return largest == 0.0 ? kDefault : largest;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --noise and --disturbance of commands that bound an observer's error: |v| <= V and |w| <= W.
+// The options --noise and --disturbance of commands that bound an observer's error: |v| <= V and |w| <= W.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace nlo::trainer {
 
-/// V of |v_j| <= V. Without --noise: of the uniform noise that is as strong as the training's.
-/// Throws codegen::Error, naming the option, where the noise has no bound or is not about zero.
+/// Returns V of |v_j| <= V. Without --noise, it is that of a uniform noise as strong as the training's. Throws
+/// codegen::Error with the name of the option if the noise has no bound or its mean is not 0.
 double noise_limit(const std::string& text, const NoiseConfig& training);
 
-/// W >= 0. Throws codegen::Error, naming the option.
+/// Returns W >= 0. Throws codegen::Error with the name of the option.
 double disturbance_limit(const std::string& text);
 
 }  // namespace nlo::trainer

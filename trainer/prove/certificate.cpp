@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// One more kind of rows is a line here.
+/// To add a kind of rows, add a line here.
 struct RowMaker {
   const char* name;
   CertificateRows (*rows)(const codegen::Model& model, const CertifyOptions& options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Proven bounds of a model: a row for each bound, with the largest value that a falsifier has found.
+// Proven bounds of a model: each row has a bound and the largest value that a search has found.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,28 +16,29 @@
 
 namespace nlo::trainer {
 
-/// How far a number can be trusted.
+/// The kind of evidence for a number.
 enum class Evidence {
-  kProven,  ///< a theorem or an exact computation: nothing can exceed it
-  kSampled  ///< the largest found at finitely many points: there may be larger ones between them
+  kProven,  ///< by a theorem or an exact computation: nothing can exceed it
+  kSampled  ///< the largest at finitely many points; other points may exceed it
 };
 const char* evidence_name(Evidence evidence);
 
-/// Nothing in its unit is above `bound` if that is proven. `found` is the largest that a search has met. A row that a
-/// model does not have is there all the same, with neither, and its note says why.
+/// If `bound` is proven, the quantity never exceeds it. `found` is the largest value that a search has found. If a
+/// model has no such quantity, its row has neither of them, and the note gives the reason.
 struct CertificateRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  std::string id;    ///< "lipschitz", "latent.z3": of a file and a test
-  std::string what;  ///< the bounded quantity, for people
+  std::string id;    ///< "lipschitz", "latent.z3": used in files and tests
+  std::string what;  ///< the bounded quantity, in words
   std::string unit = {};
   Evidence evidence = Evidence::kProven;
   double bound = kNone;
   double found = kNone;
-  std::string where = {};  ///< found, for people
+  std::string where = {};  ///< where the search found it, in words
   std::string note = {};
 
-  /// Its falsifier is above a proven bound, by more than the falsifier's own rounding: a defect of this program.
+  /// Returns true if the search found a value above a proven bound, by more than its own rounding. That is a defect of
+  /// this program.
   bool is_broken() const {
     return evidence == Evidence::kProven && found > bound + kFalsifierRounding * std::abs(bound);
   }
@@ -45,15 +46,15 @@ struct CertificateRow {
 };
 
 struct CertifyOptions {
-  std::int64_t boxes = 0;  ///< at most, of each branch and bound; 0: some minute of one core each
+  std::int64_t boxes = 0;  ///< limit for each branch and bound; 0: about a minute of one core
   double gap = 0.2;        ///< a branch and bound ends where bound / found - 1 is below this
-  std::uint64_t seed = 1;  ///< seed of falsifiers
+  std::uint64_t seed = 1;  ///< seed of the searches
   // For the steady error:
-  const Experiment* experiment = nullptr;  ///< the model's experiment; null: not known
-  double noise = 0.0;                      ///< V: each sample of each output is off by at most this
-  double disturbance = 0.0;                ///< W: each state's derivative is off by at most this [state / s]
+  const Experiment* experiment = nullptr;  ///< the model's experiment; null: unknown
+  double noise = 0.0;                      ///< V: the largest error of a sample of an output
+  double disturbance = 0.0;                ///< W: the largest error of a state's derivative [state / s]
   StateBox box = {};                       ///< region of the state; empty: the region of simulated runs
-  /// Said of each group of rows as it begins; may be empty.
+  /// Called with a text at the start of each group of rows; may be empty.
   std::function<void(const std::string&)> progress = {};
 };
 
@@ -63,10 +64,10 @@ struct Certificate {
   std::vector<std::string> assumptions;  ///< assumptions of all proofs
 };
 
-/// All rows.
+/// Returns all rows.
 Certificate certify(const codegen::Model& model, const CertifyOptions& options);
 
-/// Rows of one kind. Makers stand in a table of certificate.cpp.
+/// Returns the rows of one kind. A table in certificate.cpp lists these functions.
 using CertificateRows = std::vector<CertificateRow>;
 CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptions& options);
@@ -83,14 +84,14 @@ std::string reason_against_map(const codegen::Model& model);
 /// observers of the plant's own states, without inputs, have such rows.
 std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options);
 
-/// A row without a bound.
+/// Returns a row without a bound.
 CertificateRow absent_row(std::string id, std::string what, std::string why);
 
-/// A table, then notes and assumptions.
+/// Returns a table, then notes and assumptions.
 std::string certificate_text(const Certificate& certificate);
 std::string certificate_json(const Certificate& certificate);
 
-/// The rows whose falsifier is above them, in one sentence; empty: none.
+/// Returns a sentence that names the rows whose search found a value above the bound; empty: none.
 std::string broken_rows(const Certificate& certificate);
 
 }  // namespace nlo::trainer

@@ -22,7 +22,7 @@ constexpr double kOne = kernels::int16::kOne;
 constexpr double kTanhUnit = 0x1p16;  // unit of tanh's argument
 constexpr double kSubnormal = 1e-30;  // loss of floats below 2^-126 and of z below 2^-100
 
-/// The real layers for the first `inputs` inputs of T*. A network of one layer includes the linear path.
+/// Returns the real layers for the first `inputs` inputs of T*. A network of one layer includes the linear path.
 std::vector<codegen::DenseLayer> real_layers(const JacobianEnclosure& real, Index inputs) {
   std::vector<codegen::DenseLayer> layers = real.layers();
   if (layers.size() == 1) layers[0].weights += real.linear_path();
@@ -36,16 +36,16 @@ std::vector<codegen::DenseLayer> real_roundings(const JacobianEnclosure& real, I
   return layers;
 }
 
-/// Bound of the error of the difference a - b, by rounding and by the error `off` of b.
+/// Bounds the error of the difference a - b, which comes from rounding and from the error `off` of b.
 Matrix besides(const Matrix& a, const Matrix& b, const Matrix& off) {
   return upward(2.0 * kUnit * (a.cwiseAbs() + b.cwiseAbs()) + off, 4);
 }
-/// |a - b|, with that.
+/// Returns a bound of |a - b| that includes this error.
 Matrix apart(const Matrix& a, const Matrix& b, const Matrix& off) {
   return upward((a - b).cwiseAbs() + besides(a, b, off), 2);
 }
 
-/// A flown layer against the real one, which is off by `off` itself.
+/// Compares an exported layer with the real one, which has the error `off` itself.
 FlownLayer compared(const codegen::DenseLayer& flown, const codegen::DenseLayer& real, const codegen::DenseLayer& off) {
   FlownLayer layer;
   layer.known = {flown.weights - real.weights, flown.bias - real.bias};
@@ -57,7 +57,7 @@ Matrix in_float(const Matrix& values) {
   return values.cast<float>().cast<double>();
 }
 
-/// |(q + 1/2) / 32767 - tanh| of the table, over all arguments: it is tried at each of them.
+/// Returns the largest |(q + 1/2) / 32767 - tanh| of the table. It tries all arguments.
 double table_error() {
   static const double largest = [] {
     constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
@@ -114,7 +114,7 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
   const std::vector<codegen::DenseLayer> layers = real_layers(real, inputs), off = real_roundings(real, inputs);
   const bool is_tanh_map = network.activation == Activation::kTanh;
   FlownMap map;
-  // The value of one unit of an integer, and the value when all integers are zero.
+  // The value of one unit of an integer, and the value for an integer of zero.
   Vector per_unit = network.gain.cast<double>().cwiseInverse(), offset = network.centre.cast<double>();
   map.input_off.resize(inputs);
   for (Index i = 0; i < inputs; ++i) {
@@ -200,7 +200,7 @@ Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vect
     for (Index i = 0; i < rows; ++i)
       start += lost(m.initial_latent(r + i)) + (latent.starts_steady ? sums * std::abs(m.initial_latent(r + i)) : 0.0);
     const double size = size_of(z);
-    // The error after a step on a flown z with error `by`, over all steps, must not exceed `by`.
+    // If the exported z has the error `by`, it must be at most `by` after a step, too.
     const auto settled = [&](double by) {
       const Vector local = kFloatUnit * (z.segment(r, rows).array() + by) + (kSubnormal + a_off * size) +
                            sums * (a_size * (size + by) + pushes.array()) + push_off.array();

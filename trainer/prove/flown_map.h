@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An inverse map T* as it flies, told from the real one by how far each of its numbers and operations can be off: of
-// float (either policy, any order of the sums), of 16-bit weights, and of the integers of --scalar int16.
+// An inverse map T* in an export, described by the largest error of each of its numbers and operations: of float
+// (either policy, any order of the sums), of 16-bit weights, and of the integers of --scalar int16.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,39 +15,40 @@
 
 namespace nlo::trainer {
 
-/// u of float.
+/// The unit roundoff u of float.
 inline constexpr double kFloatUnit = 0x1p-24;
-/// gamma_n of float, upwards.
+/// gamma_n of float, rounded up.
 double float_gamma(Eigen::Index roundings);
 
-/// Layer l reads a and gives W a + b, of which it flies (W + known +- off) a + (b + known +- off), summed as below.
+/// Layer l reads a and computes W a + b. The export has (W + known +- off) a + (b + known +- off), summed as below.
 struct FlownLayer {
   codegen::DenseLayer known, off;
-  double sum_rounding = 0.0;                                 ///< times the sum of the sizes of all terms
+  double sum_rounding = 0.0;                                 ///< relative to the sum of the sizes of all terms
   double sum_off = 0.0;                                      ///< further error of each sum
-  double largest = std::numeric_limits<double>::infinity();  ///< its activation saturates there
+  double largest = std::numeric_limits<double>::infinity();  ///< its activation is limited to this
 };
 
 struct FlownMap {
   Eigen::VectorXd input_off;  ///< error of the first layer's inputs, n_in
   std::vector<FlownLayer> layers;
   double activation_off = 0.0;       ///< error of each activation
-  double activation_relative = 0.0;  ///< times the size of its argument, besides
+  double activation_relative = 0.0;  ///< further error, relative to the size of its argument
   Eigen::MatrixXd path_off;          ///< error of the linear path, n_x x n_in
-  double path_rounding = 0.0;        ///< times the sizes of the sums it is added to
-  double output_rounding = 0.0;      ///< times the size of an output
+  double path_rounding = 0.0;        ///< relative to the sizes of the sums to which it is added
+  double output_rounding = 0.0;      ///< relative to the size of an output
 };
 
-/// The map of a float or 16-bit export: `folded` as in_formats() gives it.
+/// Returns the map of a float or 16-bit export. `folded` comes from in_formats().
 FlownMap flown_in_float(const JacobianEnclosure& real, const codegen::FoldedNetwork& folded);
 
-/// The map of an int16 export, for inputs between `low` and `high`, n_in. `largest`: the largest activation of each
-/// hidden layer, as quantise() was given it.
+/// Returns the map of an int16 export for inputs between `low` and `high`, n_in. `largest`: the largest activation of
+/// each hidden layer that quantise() was given.
 FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedNetwork& network,
                         const std::vector<double>& largest, const Eigen::VectorXd& low, const Eigen::VectorXd& high);
 
-/// How far z of a float export can be from z of the real equations, n_z: while z stays within `low`, `high` from a
-/// reset on, for any measurements and any number of steps. For a model whose z moves linearly, without angles.
+/// Bounds the difference between z of a float export and z of the real equations, n_z. It holds after a reset for any
+/// measurements and any number of steps, as long as z stays within `low`, `high`. For a model whose z moves linearly,
+/// without angles.
 Eigen::VectorXd float_latent_error(const codegen::Model& model, const Eigen::VectorXd& low,
                                    const Eigen::VectorXd& high);
 

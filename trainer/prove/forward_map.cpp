@@ -17,8 +17,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Integral over s in [0, h] of exp(lambda s) s^j ds / h^j, by its power series: no cancellation for slow modes, and
-/// |lambda h| <= 1/2 needs a dozen terms.
+/// Returns the integral over s in [0, h] of exp(lambda s) s^j ds / h^j by its power series, which has no cancellation
+/// for slow modes. |lambda h| <= 1/2 needs about twelve terms.
 Complex moment(Complex lambda, double h, int j) {
   Complex sum = 0.0, term = h;
   for (int n = 0; n < 40; ++n) {
@@ -28,7 +28,8 @@ Complex moment(Complex lambda, double h, int j) {
   return sum;
 }
 
-/// Weights of y(0), y(h/2), y(h) in the integral of exp(lambda s) y(s) over [0, h], y taken as a parabola.
+/// Weights of y(0), y(h/2), y(h) in the integral of exp(lambda s) y(s) over [0, h], where y is approximated by a
+/// parabola.
 struct Weights {
   Complex decay, first, middle, last;
 };
@@ -38,7 +39,7 @@ Weights weights(Complex lambda, double h) {
   return {std::exp(lambda * h), m0 - 3.0 * m1 + 2.0 * m2, 4.0 * (m1 - m2), 2.0 * m2 - m1};
 }
 
-/// 1 up to r = inner, 0 from r = outer on, twice continuously differentiable between.
+/// Returns 1 for r <= inner, 0 for r >= outer, and a twice continuously differentiable function in between.
 double smooth_switch(double r, double inner, double outer) {
   const double t = std::clamp((outer - r) / (outer - inner), 0.0, 1.0);
   return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
@@ -53,7 +54,7 @@ MapDomain domain_around(const Eigen::MatrixXd& states) {
   return {0.5 * (low + high), half.cwiseMax(1e-3 * widest)};
 }
 
-/// chi(x) f(x): the plant inside O, at rest far outside.
+/// chi(x) f(x): the plant inside O, and at rest far outside of it.
 class ForwardMap::Switched final : public Plant {
  public:
   Switched(const Plant& plant, const MapDomain& domain)
@@ -67,7 +68,7 @@ class ForwardMap::Switched final : public Plant {
         chi *=
             smooth_switch(std::abs(x(i, b) - domain_.centre(i)) / domain_.half_width(i), domain_.inner, domain_.outer);
       if (chi == 0.0) {
-        dx.col(b).setZero();  // for any f there, a NaN included
+        dx.col(b).setZero();  // for any f there, even NaN
       } else if (chi < 1.0) {
         dx.col(b) *= chi;
       }
@@ -129,7 +130,7 @@ Eigen::MatrixXd ForwardMap::at(const Eigen::MatrixXd& x) const {
 std::vector<Eigen::MatrixXd> ForwardMap::jacobians(const Eigen::MatrixXd& x, double step) const {
   const Eigen::Index nx = x.rows(), count = x.cols();
   const Eigen::VectorXd epsilon = (step > 0.0 ? step : options_.difference_step) * domain_.half_width;
-  Eigen::MatrixXd around(nx, 2 * nx * count);  // for each state: all points a step up, all a step down
+  Eigen::MatrixXd around(nx, 2 * nx * count);  // for each state: all points moved up, then all moved down
   for (Eigen::Index i = 0; i < nx; ++i) {
     for (const int side : {0, 1}) {
       auto moved = around.middleCols((2 * i + side) * count, count);
@@ -172,7 +173,7 @@ ForwardMap::Path ForwardMap::along(const Eigen::MatrixXd& initial, double sample
       state = rk4_step(plant_, state, 0.5 * h);
       const Eigen::MatrixXd y_last = plant_.output(state);
       for (std::size_t i = 0; i < modes_.size(); ++i) {
-        // The integral with time reversed: the latest output is at s = 0.
+        // The integral runs backwards in time: the latest output is at s = 0.
         const Weights& w = weight[i];
         const auto row = static_cast<Eigen::Index>(i);
         z.row(row) = w.decay * z.row(row) + modes_[i].f * (w.first * y_last + w.middle * y_middle + w.last * y);
@@ -183,7 +184,7 @@ ForwardMap::Path ForwardMap::along(const Eigen::MatrixXd& initial, double sample
 }
 
 Eigen::VectorXd ForwardMap::pde_residual(const Eigen::MatrixXd& x) const {
-  // dT/dx f as one difference along f, scaled so that no state moves by more than the difference step.
+  // Computes dT/dx f as one difference along f, scaled so that no state moves by more than the difference step.
   const Eigen::MatrixXd f = plant_.derivative(x);
   const Eigen::RowVectorXd speed =
       (f.array().colwise() / domain_.half_width.array()).abs().colwise().maxCoeff().max(1e-9);
@@ -198,7 +199,7 @@ Eigen::VectorXd ForwardMap::pde_residual(const Eigen::MatrixXd& x) const {
 }
 
 Eigen::MatrixXd sylvester_map(const Eigen::MatrixXd& a, const Eigen::MatrixXd& c, const LatentSystem& system) {
-  constexpr double kSingular = 1e-10;  // relative: nearer than this the rows of T would be rounding errors
+  constexpr double kSingular = 1e-10;  // relative; closer to singular, the rows of T would be rounding errors
   const std::vector<LatentMode> modes = modes_of(system);
   Eigen::MatrixXcd t = Eigen::MatrixXcd::Zero(static_cast<Eigen::Index>(modes.size()), a.cols());
   for (std::size_t i = 0; i < modes.size(); ++i) {

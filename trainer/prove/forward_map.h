@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The map T of Theorem 1 from the plant itself, no learning: dT/dx f = D T + F h (5), solved by
+// Computes the map T of Theorem 1 from the plant itself, without learning: dT/dx f = D T + F h (5), solved by
 //   T(x) = integral over s >= 0 of exp(D s) F h(X(x, -s)) ds
 // where X(x, -s) is the plant run backwards. On a linear plant T is a matrix and solves a Sylvester equation.
 //
@@ -18,13 +18,13 @@
 
 namespace nlo::trainer {
 
-/// The region with the plant's own f. O is centre +- `inner` half widths; beyond `outer` half widths f is 0.
+/// The region in which the plant has its own f. O is centre +- `inner` half widths; beyond `outer` half widths f is 0.
 struct MapDomain {
   Eigen::VectorXd centre, half_width;  ///< n_x
   double inner = 1.5, outer = 3.0;
 };
 
-/// The box around the columns of `states` (n_x x N), widths of zero widened.
+/// Returns the box around the columns of `states` (n_x x N). Widths of zero are widened.
 MapDomain domain_around(const Eigen::MatrixXd& states);
 
 /// Numerical settings; the defaults leave relative errors of about 1e-7 in T.
@@ -32,19 +32,20 @@ struct ForwardMapOptions {
   double longest_step_s = 0.02;   ///< longest step of Runge-Kutta and quadrature
   double step_per_time = 0.25;    ///< step <= this / max |lambda|
   double truncation = 1e-7;       ///< the past is followed until exp(max Re lambda s) falls below this
-  double difference_step = 1e-4;  ///< step of differences for dT/dx, in half widths of the domain
+  double difference_step = 1e-4;  ///< step of the differences for dT/dx, in half widths of the domain
 };
 
 class ForwardMap {
  public:
-  /// Keeps a reference to `plant`. Order 4 in the step: RK4 at half steps, and on each step exp(D s) times the parabola
-  /// through three outputs is integrated exactly. The rest of the past beyond the truncation counts as standing still.
+  /// Keeps a reference to `plant`. The method has order 4 in the step: RK4 with half steps, and on each step exp(D s)
+  /// times the parabola through three outputs is integrated exactly. In the past beyond the truncation, the plant
+  /// counts as standing still.
   ForwardMap(const Plant& plant, LatentSystem system, MapDomain domain, ForwardMapOptions options = {});
   ~ForwardMap();
   ForwardMap(const ForwardMap&) = delete;
   ForwardMap& operator=(const ForwardMap&) = delete;
 
-  /// T(x), n_z x B for n_x x B. Clocks have T = 0.
+  /// Returns T(x), n_z x B for n_x x B. Clocks have T = 0.
   Eigen::MatrixXd at(const Eigen::MatrixXd& x) const;
 
   /// dT/dx at each column of x (n_x x B), n_z x n_x: central differences, with an error of second order in the step.
@@ -55,11 +56,13 @@ class ForwardMap {
     std::vector<Eigen::MatrixXd> x, z;  ///< per sample: n_x x B and n_z x B
   };
 
-  /// T on whole runs of the plant: T(x(0)) backwards, then z' = D z + F h(x) forwards with the plant, which T follows
-  /// on every run. Forwards errors of T die out by exp(D t), where backwards a run near an attractor leaves it.
+  /// Returns T along whole runs of the plant: T(x(0)) is computed backwards, then z' = D z + F h(x) is integrated
+  /// forwards with the plant, and T follows it. Forwards, errors of T decay as exp(D t). Backwards, a run near an
+  /// attractor leaves it.
   Path along(const Eigen::MatrixXd& initial, double sample_period_s, Eigen::Index samples) const;
 
-  /// |dT/dx f - D T - F h| at each column of x, with the plant's own f: the residual of (5) [units of z per s].
+  /// Returns |dT/dx f - D T - F h| at each column of x with the plant's own f, which is the residual of (5) [units of z
+  /// per s].
   Eigen::VectorXd pde_residual(const Eigen::MatrixXd& x) const;
 
   const LatentSystem& system() const { return system_; }
@@ -76,8 +79,8 @@ class ForwardMap {
   ForwardMapOptions options_;
 };
 
-/// T of dx/dt = A x, y = C x: the solution of T A = D T + F C, n_z x n_x, mode by mode t_i = f_i C (A - lambda_i)^-1.
-/// Throws codegen::Error when an eigenvalue of D is one of A: then there is no T.
+/// Returns T of dx/dt = A x, y = C x, which solves T A = D T + F C, n_z x n_x, mode by mode: t_i = f_i C (A -
+/// lambda_i)^-1. Throws codegen::Error if D and A share an eigenvalue, because then there is no T.
 Eigen::MatrixXd sylvester_map(const Eigen::MatrixXd& a, const Eigen::MatrixXd& c, const LatentSystem& system);
 
 }  // namespace nlo::trainer

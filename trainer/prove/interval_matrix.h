@@ -37,7 +37,7 @@ class IntervalMatrix {
   Eigen::MatrixXd middle() const {
     return entries([](const Interval& v) { return 0.5 * (v.low + v.high); });
   }
-  /// From middle(): nothing of an interval is further from it.
+  /// Returns the largest distance of an interval's numbers from middle().
   Eigen::MatrixXd radius() const {
     return entries([](const Interval& v) { return most(v - Interval(0.5 * (v.low + v.high))); });
   }

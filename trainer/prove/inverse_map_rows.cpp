@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of the inverse map T*: how much it can amplify an error, and how large an estimate can get.
+// Rows about the inverse map T*: how much it can amplify an error, and how large an estimate can get.
 #include <fmt/format.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Some minute of one core, where the gap is not closed before.
+/// Takes about a minute of one core, if the gap is not closed before.
 constexpr double kMultiplyAddsOfARow = 50.0 * LocalLipschitzOptions::kMultiplyAdds;
 
 /// "at [z; y] = [0.1, 2]".

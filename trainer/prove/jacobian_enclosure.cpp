@@ -47,7 +47,7 @@ double largest_at_corners(const Matrix& centre, std::vector<Matrix> steps) {
 }  // namespace
 
 void JacobianEnclosure::balance(const InputBox& box, int rounds) {
-  constexpr double kLeast = 1e-3, kTiny = std::numeric_limits<double>::min();  // a neuron that does nothing
+  constexpr double kLeast = 1e-3, kTiny = std::numeric_limits<double>::min();  // a neuron without effect
   Matrix mid;
   const std::vector<LayerRange> ranges = ranges_over(box, mid);
   balance_.clear();
@@ -189,7 +189,7 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms
   return {raised * (least + rounding_.mid_norm.back()), split_of(ranges, box), norms};
 }
 
-// A split pays where an input moves pre-activations whose slopes vary and matter.
+// It is best to halve an input that moves pre-activations whose slopes vary and matter.
 Eigen::Index JacobianEnclosure::split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const {
   const Vector& r = box.radius;
   Vector gain = Vector::Zero(r.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A proven bound of the spectral norm of a network's Jacobian over a box of its inputs. The bound becomes sharp as the
-// box becomes small. lipschitz.h searches with it.
+// A proven bound of the spectral norm of a network's Jacobian over a box of its inputs. The bound becomes sharp for
+// small boxes. lipschitz.h uses it for its search.
 //
 // With the slopes of layer l as D_l(x) and C_l in their place at the centre, differences of products telescope:
 //   J(x) - J_C = sum over l of A_l (D_l(x) - C_l) V_l(x),   A_l = W_L C_(L-1) ... W_(l+1),   V_l = W_l D_(l-1) ... W_1
@@ -34,31 +34,31 @@ struct InputBox {
 
 class JacobianEnclosure {
  public:
-  /// Inputs p with in = inputs p, where `in` is the input of the network's features; the Jacobian is that of the
-  /// outputs along the columns of `directions` (in terms of p).
+  /// Inputs p with in = inputs p, where `in` is the input of the network's features. The Jacobian is that of the
+  /// outputs with respect to p, times `directions`.
   JacobianEnclosure(const codegen::Network& network, const Eigen::MatrixXd& inputs, Eigen::MatrixXd directions);
 
   struct Bound {
     double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
-    Eigen::Index split = 0;  ///< the input whose halving promises most
-    bool by_norms = true;    ///< whether that bound counts; if not, it does not in a part of the box either
+    Eigen::Index split = 0;  ///< the input that should be halved next
+    bool by_norms = true;  ///< true if the bound by norms counts; if not, it does not count in a part of the box either
   };
-  /// Without `norms`, most of the time, only the other two are looked at.
+  /// Without `norms`, which takes most of the time, only the other two bounds are computed.
   Bound over(const InputBox& box, bool norms = true) const;
 
-  /// Lowest and highest outputs over the box, and the input whose halving promises most.
+  /// The lowest and the highest outputs over the box, and the input that should be halved next.
   struct Values {
     Eigen::VectorXd low, high;
     Eigen::Index split = 0;
   };
   Values values_over(const InputBox& box) const;
 
-  /// Every hidden layer over the box.
+  /// Returns the ranges of every hidden layer over the box.
   std::vector<LayerRange> layers_over(const InputBox& box) const;
-  /// The input whose halving promises most.
+  /// Returns the input that should be halved next.
   Eigen::Index split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const;
 
-  /// The layers as they are folded, with bounds of their numbers' errors. A linear path beside them.
+  /// Returns the folded layers, with bounds of the errors of their numbers, and a linear path beside them.
   const std::vector<codegen::DenseLayer>& layers() const { return layers_; }
   const std::vector<codegen::DenseLayer>& layer_roundings() const { return rounding_.layer; }
   const Eigen::MatrixXd& linear_path() const { return linear_path_; }
@@ -71,15 +71,15 @@ class JacobianEnclosure {
   };
   Secants secants_over(const InputBox& box) const;
 
-  /// Chooses the scaling of neurons that makes the bound by norms small over that box, by a search that starts from a
-  /// good guess; it then serves smaller boxes too. Bounds hold for any scaling. `rounds` cost two bounds per neuron
-  /// each.
+  /// Chooses a scaling of the neurons for which the bound by norms is small over this box, by a search that starts from
+  /// a good guess. The scaling can then be used for smaller boxes, too; bounds hold for any scaling. Each of `rounds`
+  /// computes two bounds per neuron.
   void balance(const InputBox& box, int rounds);
 
-  /// |J(p) directions| at one point.
+  /// Returns |J(p) directions| at one point.
   double at(const Eigen::VectorXd& p) const;
 
-  /// Cost of one over() in multiply-adds.
+  /// Returns the multiply-adds of one over().
   double cost() const;
 
  private:

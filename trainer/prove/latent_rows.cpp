@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of the latent state: where it can go, and how it forgets where it began.
+// Rows about the latent state: where it can go, and how it forgets its start.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The largest |factor| of a mode per step, outwards.
+/// Returns the largest |factor| of a mode per step, rounded up.
 double largest_factor(const codegen::Model& m) {
   const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
   double largest = 0.0;
@@ -34,14 +34,14 @@ double largest_factor(const codegen::Model& m) {
   return largest;
 }
 
-/// "1.38 s (69 steps)": until a factor per step is a thousandth.
+/// Returns "1.38 s (69 steps)": the time in which a factor per step becomes a thousandth.
 std::string time_to_a_thousandth(double factor, double period_s) {
   const double steps = std::ceil(std::log(1e-3) / std::log(factor));
   return fmt::format("a difference falls to a thousandth within {} s, {:.0f} steps", significant(steps * period_s),
                      steps);
 }
 
-/// Random z in the domain and readings in their ranges.
+/// Draws z in the domain and readings in their ranges.
 struct LatentDraws {
   const codegen::Model& m;
   std::mt19937_64 engine;
@@ -54,8 +54,8 @@ struct LatentDraws {
   VectorXd y() { return box(codegen::flown_ranges(m).kept_min, codegen::flown_ranges(m).kept_max); }
 };
 
-/// The largest growth of max |dz_i| / d_i over one step, at draws: central differences along each coordinate, summed
-/// row by row.
+/// Returns the largest growth of max |dz_i| / d_i over one step at random points: central differences along each
+/// coordinate, summed row by row.
 double largest_growth(const codegen::Model& m, const VectorXd& metric, std::uint64_t seed, std::string& where) {
   constexpr int kDraws = 2000;
   constexpr double kDifference = 1e-5;
@@ -129,7 +129,7 @@ CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptio
         Eigen::MatrixXd::Identity(model.nz(), model.nz()) + codegen::block_diagonal(model, step.a_minus_1);
     std::mt19937_64 engine(options.seed);
     std::normal_distribution<double> normal;
-    for (int i = 0; i < 1000; ++i) {  // many steps of the slowest mode are all that is left
+    for (int i = 0; i < 1000; ++i) {  // after many steps, only the slowest mode is left
       VectorXd d = VectorXd::NullaryExpr(model.nz(), [&] { return normal(engine); });
       for (int k = 0; k < 20; ++k) {
         const VectorXd next = a * d;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The latent system of a KKL observer, z' = D z + F y (3), as the robustness analysis reads it: by its modes. A complex
-// pair is one complex number z_r + i z_(r+1) that decays by one complex eigenvalue, so every mode is scalar.
+// The latent system of a KKL observer, z' = D z + F y (3), by its modes, for the analysis of its robustness. A complex
+// pair is one complex number z_r + i z_(r+1) that decays with one complex eigenvalue, so every mode is scalar.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// D and F as a model lays them out: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues.
+/// D and F in the order of a model: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues.
 struct LatentSystem {
   Eigen::VectorXd eigenvalues;  ///< n_z [1/s]
   int pairs = 0;
@@ -33,17 +33,17 @@ LatentSystem latent_system(const codegen::Model& model);
 
 std::vector<LatentMode> modes_of(const LatentSystem& system);
 
-/// max Re lambda [1/s]: of all modes, which is the speed of the transient; or of those alone that read an output, which
-/// is the gain of the noise. D is normal (its 2x2 blocks too), so |exp(D t)| = exp(t max Re lambda) without a factor.
+/// Returns max Re lambda [1/s]: over all modes, for the speed of the transient, or over those that read an output, for
+/// the gain of the noise. D is normal (its 2x2 blocks, too), so |exp(D t)| = exp(t max Re lambda) without a factor.
 double slowest(const LatentSystem& system, bool driven_only = false);
 
-/// max |lambda| [1/s].
+/// Returns max |lambda| [1/s].
 double fastest(const LatentSystem& system);
 
-/// One complex row per mode -> n_z real rows.
+/// Converts one complex row per mode into n_z real rows.
 Eigen::MatrixXd real_rows(const std::vector<LatentMode>& modes, const Eigen::MatrixXcd& rows);
 
-/// D z for each column of z.
+/// Returns D z for each column of z.
 Eigen::MatrixXd apply_d(const LatentSystem& system, const Eigen::MatrixXd& z);
 
 }  // namespace nlo::trainer

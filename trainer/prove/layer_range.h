@@ -16,7 +16,7 @@ struct LayerRange {
   Eigen::MatrixXd rad;                ///< |V(p) - mid| is at most this, rounding included
   Eigen::MatrixXd most;               ///< |V(p)|
   Eigen::VectorXd low, high;          ///< bounds of the pre-activations, rounding included
-  Eigen::MatrixXd back;               ///< A of the layer that is looked at
+  Eigen::MatrixXd back;               ///< A of the current layer
   Eigen::MatrixXd back_size;          ///< |A|, rounding included
   std::vector<Eigen::MatrixXd> from;  ///< A of this layer, of each layer before it
 };

@@ -50,7 +50,7 @@ LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::M
 
 namespace {
 
-/// The domain, with the directions of p that move z alone or y alone.
+/// The domain, with the directions of p that move only z or only y.
 struct Domain {
   InputBox box;
   Eigen::MatrixXd inputs, directions;
@@ -60,7 +60,7 @@ Domain domain_of(const codegen::Model& model, bool of_output) {
   const Eigen::Index nz = model.nz(), nr = readings_of_map(model), n = nz + nr;
   const MapRegion region = domain_region(model);
   Domain domain{region.box, region.inputs, Eigen::MatrixXd::Identity(n, n)};
-  if (of_output) {  // y alone: z = p_z + S y must stay where it is
+  if (of_output) {  // only y moves: z = p_z + S y must not change
     domain.directions.topRightCorner(nz, nr) = -domain.inputs.topRightCorner(nz, nr);
     domain.directions = domain.directions.rightCols(nr).eval();
   } else {
@@ -74,7 +74,7 @@ double slope_at(const codegen::Model& model, bool of_output, const Eigen::Vector
   return spectral_norm(of_output ? jacobian.rightCols(readings_of_map(model)) : jacobian.leftCols(model.nz()));
 }
 
-/// As many as a fifth of the work allows; ten are enough.
+/// Returns the number of rounds for a fifth of the work, at most ten.
 int balancing_rounds(const codegen::Network& network, double cost) {
   constexpr double kMost = 10.0, kShare = 0.2, kTrials = 2.0;  // per neuron
   double neurons = 0.0;
@@ -82,7 +82,8 @@ int balancing_rounds(const codegen::Network& network, double cost) {
   return static_cast<int>(std::min(kMost, kShare * LocalLipschitzOptions::kMultiplyAdds / (kTrials * neurons * cost)));
 }
 
-/// A box that is left, ordered by its bound; of equals the older one first, so that the order is one order.
+/// A box that is still open, ordered by its bound. Of equal bounds the older box comes first, so that the order is
+/// unique.
 struct Candidate {
   double bound;
   std::int64_t number;
@@ -114,7 +115,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
   Eigen::VectorXd first = Eigen::VectorXd::Zero(n);  // the centre, or the steepest point
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::VectorXd away = codegen::inverse(domain.inputs) * points.col(i) - domain.box.centre;
-    // Relative; an input without width, as y where T* does not read it, stays where it is.
+    // Relative. An input without width, such as y if T* does not read it, does not move.
     const Eigen::VectorXd q = (domain.box.radius.array() > 0.0).select(away.cwiseQuotient(domain.box.radius), 0.0);
     if (q.lpNorm<Eigen::Infinity>() > 1.0) continue;
     if (slope(q) > slope(first)) first = q;
@@ -136,7 +137,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
       }
       const double size = gradient.lpNorm<Eigen::Infinity>();
       if (!(size > 0.0)) break;
-      direction = kMomentum * direction + gradient / size;  // along a ridge, not from side to side of it
+      direction = kMomentum * direction + gradient / size;  // follows a ridge instead of crossing it
       const Eigen::VectorXd next =
           (q + step / direction.lpNorm<Eigen::Infinity>() * direction).cwiseMax(-1.0).cwiseMin(1.0);
       const double there = slope(next);
@@ -148,7 +149,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
       q = next;
       value = there;
     }
-    // The norm has kinks where two singular values meet, and a gradient does not lead along them; draws do.
+    // Where two singular values meet, the norm has a kink, and gradients do not lead along it. Draws do.
     step = kFirstStep;
     for (int i = 0; i < kDraws && step > kLastStep; ++i) {
       const Eigen::VectorXd next = (q + step * draw()).cwiseMax(-1.0).cwiseMin(1.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Lipschitz constant of T* everywhere, from its weights.
+// The global Lipschitz constant of T*, from its weights.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -25,7 +25,7 @@ CentredRange slopes_anywhere(Activation activation) {
   return {centre, upward(std::max(range.high - centre, centre - range.low), 1)};
 }
 
-/// The layers with the matrices around them: first = W_1 diag(1/scale) features, last = diag(output scale) W_L.
+/// The layers and the matrices around them: first = W_1 diag(1/scale) features, last = diag(output scale) W_L.
 struct Around {
   std::vector<Eigen::MatrixXd> layers;
   Eigen::MatrixXd linear_path;  ///< zeros when there is none
@@ -43,7 +43,7 @@ Around around(const codegen::Network& m, Eigen::Index first_input, Eigen::Index 
   return result;
 }
 
-/// Norms with the absolute values of all numbers.
+/// Returns the same with the absolute values of all numbers.
 Around sizes_around(codegen::Network m, Eigen::Index first_input, Eigen::Index inputs) {
   for (Eigen::MatrixXd* matrix : {&m.features, &m.skip}) *matrix = matrix->cwiseAbs();
   for (Eigen::VectorXd* vector : {&m.feature_scale, &m.output_scale}) *vector = vector->cwiseAbs();

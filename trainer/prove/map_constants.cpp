@@ -27,7 +27,8 @@ double smallest_singular_value(const Eigen::MatrixXd& matrix) {
   return matrix.rows() < matrix.cols() ? 0.0 : sigma(sigma.size() - 1);
 }
 
-/// `count` columns spread over runs and time: the j-th is of run j modulo the runs, at time j / count of the horizon.
+/// Returns `count` columns spread over runs and time: column j is from run j modulo the number of runs, at time j /
+/// count of the horizon.
 Eigen::MatrixXd spread(const std::vector<Eigen::MatrixXd>& path, Eigen::Index count) {
   const auto samples = static_cast<Eigen::Index>(path.size());
   Eigen::MatrixXd result(path.front().rows(), count);
@@ -36,9 +37,10 @@ Eigen::MatrixXd spread(const std::vector<Eigen::MatrixXd>& path, Eigen::Index co
   return result;
 }
 
-/// Largest |x1 - x2| / |z1 - z2| over all pairs of columns that are apart.
+/// Returns the largest |x1 - x2| / |z1 - z2| over all pairs of columns with some distance.
 double inverse_slope(const Eigen::MatrixXd& x, const Eigen::MatrixXd& z) {
-  constexpr double kApart = 1e-3;  // share of the states' spread; nearer pairs would measure rounding errors of T
+  // As a share of the states' spread; for closer pairs, the slope would be one of rounding errors of T.
+  constexpr double kApart = 1e-3;
   const double apart = kApart * (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm();
   double largest = 0.0;
   for (Eigen::Index i = 0; i < x.cols(); ++i)
@@ -108,7 +110,8 @@ MapConstants sampled_map_constants(const Plant& plant, const LatentSystem& syste
     map.row_slopes(i) = kInfinity;  // the slope has no limit: T is continuous there, but not differentiable
     map.l_tx = kInfinity;
   }
-  // At the initial states: at an attractor the backward runs of neighbours part, and differences of T measure that.
+  // At the initial states, because near an attractor the backward runs of neighbours diverge, and so would differences
+  // of T.
   const Eigen::MatrixXd t = map.start, y = plant.output(initial);
   const Eigen::VectorXd size =
       (apply_d(system, t).colwise().norm() + (system.injection * y).colwise().norm()).transpose();

@@ -21,7 +21,7 @@ MapRegion region_between(const codegen::Model& model, const Eigen::VectorXd& low
   const bool reads = !codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0);
   const Eigen::MatrixXd gain = codegen::steady_gain(model);
   for (int j = 0; j < nr; ++j) {
-    if (relative && codegen::is_relative(model, j)) {  // z goes with y, whether T* reads it or not
+    if (relative && codegen::is_relative(model, j)) {  // z follows y, even if T* does not read y
       region.inputs.block(0, nz + j, nz, 1) = gain.col(j);
     } else if (!reads) {
       region.box.radius(nz + j) = 0.0;

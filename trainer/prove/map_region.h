@@ -11,23 +11,23 @@
 
 namespace nlo::trainer {
 
-/// How many readings T* is given beside z: n_r, or none.
+/// Returns the number of readings that T* gets beside z: n_r or 0.
 Eigen::Index readings_of_map(const codegen::Model& model);
 
-/// All [z; y] = inputs p with p in the box. What T* does not read has no width.
+/// All [z; y] = inputs p with p in the box. Inputs that T* does not read have no width.
 struct MapRegion {
   InputBox box;
   Eigen::MatrixXd inputs;  ///< n_z + n_r square
 };
 
-/// The region with these ends of p = [z; y], or of [z - S y; y] as in_domain() has it: `relative`.
+/// Returns the region with these limits of p = [z; y], or with `relative` of [z - S y; y] as in in_domain().
 MapRegion region_between(const codegen::Model& model, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                          bool relative);
 
-/// The domain that training has filled, and the readings' ranges.
+/// Returns the domain of the training and the ranges of the readings.
 MapRegion domain_region(const codegen::Model& model);
 
-/// The two halves of a box along an input, without a gap between them.
+/// Returns the two halves of a box along an input, without a gap between them.
 std::array<InputBox, 2> halves(const InputBox& box, Eigen::Index along);
 
 }  // namespace nlo::trainer

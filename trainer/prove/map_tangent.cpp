@@ -16,7 +16,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Bound of the rounding of T* in double at one input, for each output.
+/// Bounds the rounding of T* in double at one input, for each output.
 Vector map_rounding(const codegen::Network& m, const Vector& in) {
   constexpr double kSteepest = 1.11;  // largest slope of all activations
   constexpr double kActivation = 2.0 * kLibraryUlps * kUnit;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// T* over a box as its tangent at the centre and how far T* is from it: It keeps the directions of an error; a
-// Lipschitz constant keeps only its size.
+// T* over a box, as its tangent at the centre and the distance of T* from it. It keeps the direction of an error, where
+// a Lipschitz constant only keeps its size.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,13 +10,13 @@
 
 namespace nlo::trainer {
 
-/// For p in the box, with `inputs` p as the network's input:
+/// For p in the box, where the network's input is `inputs` p:
 ///   |map(inputs p) - value - slopes (p - centre)| <= beside + rounding
 struct MapTangent {
   Eigen::VectorXd value, rounding, beside;  ///< n_out
   Eigen::MatrixXd slopes;                   ///< n_out x n_p
 
-  /// Cuts the box into `pieces` where `beside` is most; `importance` (n_out) weighs the outputs beside one another.
+  /// Divides the box into `pieces` where `beside` is largest; `importance` (n_out) weights the outputs.
   MapTangent(const codegen::Network& map, const Eigen::MatrixXd& inputs, const InputBox& box,
              const Eigen::VectorXd& importance, int pieces);
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The program `nlo-prove`, which `nlo certify` becomes: it proves bounds of a model, rounding included, and searches
-// for errors beside each bound.
+// The program `nlo-prove`, which `nlo certify` starts: it proves bounds of a model, including rounding, and searches
+// for errors above each bound.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ struct CertifyArguments {
   bool json = false, quiet = false;
 };
 
-/// "x1=-1:1,x2=-2:2": every state's range.
+/// Parses "x1=-1:1,x2=-2:2", the range of every state.
 StateBox parse_box(const std::string& text, const codegen::Model& model) {
   if (text.empty()) return {};
   const auto refuse = [&](const std::string& why) {
@@ -51,7 +51,7 @@ StateBox parse_box(const std::string& text, const codegen::Model& model) {
                high = finite_number(part.substr(colon + 1));
     if (!low || !high || *low >= *high) throw refuse(fmt::format("\"{}\" does not go from less to more", part));
     const auto i = state - model.states.begin();
-    if (box.radius(i) > 0.0) throw refuse(state->name + " is there twice");
+    if (box.radius(i) > 0.0) throw refuse(state->name + " is given twice");
     box.centre(i) = 0.5 * (*low + *high);
     box.radius(i) = 0.5 * (*high - *low);
     start = end + 1;
@@ -62,7 +62,7 @@ StateBox parse_box(const std::string& text, const codegen::Model& model) {
   return box;
 }
 
-/// The experiment of the model, if its file has one and the program can read it.
+/// Returns the experiment of the model, if its file has one that the program can read.
 std::optional<Experiment> known_experiment(const codegen::Model& model, const std::string& path) try {
   return experiment_of(model, path);
 } catch (const codegen::Error&) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How large an estimate can get, for all reachable z: branch and bound on affine enclosures of T*
-// (jacobian_enclosure.h), over the box of all z that readings can lead to and all readings.
+// Bounds how large an estimate can get, for all reachable z. It uses branch and bound on affine enclosures of T*
+// (jacobian_enclosure.h), over the box of all z to which readings can lead and of all readings.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,18 +12,18 @@
 
 namespace nlo::trainer {
 
-/// Wherever z can go, and the readings' ranges; as far as T* follows z of a model that saturates. Nothing where no
-/// bound of z is known.
+/// Returns the box of all reachable z and of the readings' ranges. If the model saturates, z is limited as T* limits
+/// it. Empty if no bound of z is known.
 std::optional<MapRegion> reachable_region(const codegen::Model& model);
 
 struct LargestOutput {
-  double bound = 0.0;  ///< |output| at most
+  double bound = 0.0;  ///< bound of |output|
   double found = 0.0;
-  Eigen::VectorXd where;  ///< [z; y] of that
+  Eigen::VectorXd where;  ///< [z; y] of the largest found value
   std::int64_t boxes = 0;
 };
 
-/// |T*_i| over the region. Ends within `gap` of the largest found value, or after `boxes`.
+/// Bounds |T*_i| over the region. Ends when the bound is within `gap` of the largest found value, or after `boxes`.
 LargestOutput largest_output(const codegen::Model& model, const MapRegion& region, Eigen::Index output,
                              std::int64_t boxes, double gap, std::uint64_t seed);
 

@@ -26,7 +26,7 @@ void check_slopes(const Expression& expression, const std::string& text) {
   }
 }
 
-/// dq/dx f.
+/// Returns dq/dx f.
 Expression rate_of(const Expression& q, const std::vector<Expression>& f) {
   codegen::ExpressionNodes sum;
   for (std::size_t j = 0; j < f.size(); ++j)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plant without inputs, dx/dt = f(x), y = h(x), over a box of its states: intervals that hold f, h and their
-// derivatives, rounding included. What a proof of an observer's error reads of the plant.
+// A plant without inputs, dx/dt = f(x), y = h(x), over a box of its states: intervals that contain f, h and their
+// derivatives, including rounding. Proofs of an observer's error use them.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ namespace nlo::trainer {
 /// A box of states, n_x.
 using StateBox = InputBox;
 
-/// f, and y = h(x) with its rates along the plant's motion: L_f q = dq/dx f.
+/// f, and y = h(x) with its derivatives along the motion of the plant: L_f q = dq/dx f.
 struct PlantRanges {
   static constexpr std::size_t kRates = 4;  ///< y, L_f y, L_f^2 y, L_f^3 y
 
@@ -30,23 +30,23 @@ struct PlantRanges {
 
 class PlantEnclosure {
  public:
-  /// Inputs are 0. Throws codegen::Error where an expression has no derivative (sqrt at 0, sign) or is too long.
+  /// Inputs are 0. Throws codegen::Error if an expression has no derivative (sqrt at 0, sign) or is too long.
   explicit PlantEnclosure(const PlantConfig& plant);
 
   Eigen::Index nx() const { return nx_; }
   Eigen::Index ny() const { return ny_; }
 
-  /// Ranges over the box. Not finite where the equations have no values.
+  /// Returns the ranges over the box. They are not finite where the equations have no value.
   PlantRanges over(const StateBox& box) const;
 
-  /// f, then y, L_f y and L_f^2 y of every output, as functions over the box.
+  /// Returns f, then y, L_f y and L_f^2 y of every output, as functions over the box.
   std::vector<TaylorModel> models_over(const StateBox& box) const;
 
  private:
   Eigen::Index nx_, ny_;
-  std::vector<double> constants_;         ///< behind the states: inputs, which are 0, and parameters
+  std::vector<double> constants_;         ///< after the states: inputs, which are 0, and parameters
   codegen::SharedExpressions rows_;       ///< expressions of PlantRanges
-  codegen::SharedExpressions functions_;  ///< f, y and two rates of it
+  codegen::SharedExpressions functions_;  ///< f, y and two derivatives of it
 };
 
 }  // namespace nlo::trainer

@@ -20,7 +20,7 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kForgotten = 1e-9;  // size of a mode's memory from which its past is one number
+constexpr double kForgotten = 1e-9;  // if the memory of a mode is smaller than this, one number bounds its past
 constexpr std::int64_t kMostSteps = 1 << 22;
 
 /// The effect of one reading on a mode.
@@ -54,7 +54,8 @@ std::vector<ReachMode> reach_modes(const codegen::Model& m) {
     ReachMode mode{r, pair ? 2 : 1, complex(step.a_minus_1, 0), complex(m.initial_latent, 0), latent.starts_steady, {}};
     for (Index j = 0; j < m.nr(); ++j) {
       ReachReading reading{complex(step.b0, j), complex(step.b1, j), complex(gain, j)};
-      if (m.input_hold == Hold::kZeroOrder && j >= m.ny() && j < m.ny() + m.nu()) {  // has acted since the last sample
+      // It has acted since the last sample.
+      if (m.input_hold == Hold::kZeroOrder && j >= m.ny() && j < m.ny() + m.nu()) {
         reading.b1 += reading.b0;
         reading.b0 = 0.0;
       }
@@ -92,7 +93,7 @@ Parts both(double size) {
   return {size, size};
 }
 
-/// Widens rows mode.row... of `hull` to middle +- radius, rounding of `sums` terms included.
+/// Widens rows mode.row... of `hull` to middle +- radius, including the rounding of `sums` terms.
 void include(const ReachMode& mode, Complex middle, const Parts& radius, double sums, LatentHull& hull) {
   const double middles[] = {middle.real(), middle.imag()}, radii[] = {radius.re, radius.im};
   for (Index i = 0; i < mode.rows; ++i) {
@@ -110,10 +111,10 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
     hull.high.segment(mode.row, mode.rows).setConstant(std::numeric_limits<double>::infinity());
     return;
   }
-  // z is judged from where it rests when all y_j = c_j. That it is rounded acts as a small constant input.
+  // z is computed relative to its rest for all y_j = c_j. The rounding of this rest acts as a small constant input.
   Complex rest = 0.0;
   double all = std::abs(mode.initial), off = 0.0;
-  Parts fixed, angles;  // parts without a past: from y_k, and from an angle itself
+  Parts fixed, angles;  // parts that depend on no earlier sample: from y_k, and from an angle itself
   for (const ReachReading& r : mode.readings) {
     rest += r.centre * r.steady;
     const double reach = std::abs(r.centre) + r.radius;
@@ -159,7 +160,7 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
         past +=
             r.radius * (sizes(before * (r.b0 + factor * r.b1)) + both(rounding * (std::abs(r.b0) + std::abs(r.b1))));
   }
-  // All that is older.
+  // Everything that is older.
   double older = 0.0;
   for (const ReachReading& r : mode.readings)
     older += r.radius * (std::abs(r.steady) + 2.0 * (std::abs(r.b0) + std::abs(r.b1)));

@@ -13,21 +13,21 @@
 
 namespace nlo::trainer {
 
-/// From a reset on, at any sample; n_z each.
+/// Bounds of z at any sample after a reset; n_z each.
 struct LatentHull {
   Eigen::VectorXd low, high;
 
   Eigen::VectorXd middle() const { return 0.5 * (low + high); }
 };
 
-/// z moves by A, B0 and B1 alone: a linear latent system, and no input acts beside the readings.
+/// Returns true if z only depends on A, B0 and B1: the latent system is linear, and no input acts beside the readings.
 bool moves_linearly(const codegen::Model& model);
 
-/// Steps of one sample period. Widened by the rounding errors, with the double A - I, B0, B1 that are exported.
+/// Bounds z for steps of one sample period, including rounding errors, with the exported A - I, B0 and B1 in double.
 LatentHull reachable_latent(const codegen::Model& model);
 
-/// States that the reference observer reaches with readings at their limits, chosen for each coordinate. Every hull
-/// contains them.
+/// Returns states that the reference observer reaches with readings at their limits, chosen for each coordinate. Every
+/// hull contains them.
 LatentHull reached_latent(const codegen::Model& model);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The largest that a proof over a region of states reads of a plant and of its map T~.
+// The largest values of a plant and its map T~ that a proof over a region of states uses.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// The largest values over the region of the plant's and T~'s quantities in the proof.
+/// The largest values over the region of the quantities of the plant and of T~.
 struct RegionMaxima {
   Eigen::VectorXd residual;                                          ///< n_z
   Eigen::VectorXd map;                                               ///< |T~|, n_z

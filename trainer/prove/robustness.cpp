@@ -26,10 +26,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kSlopePoints = 600;
-constexpr Index kMostCorners = 16;       // 2^16 of them
+constexpr Index kMostCorners = 16;       // number of states with at most 2^16 corners
 constexpr double kTransientShare = 0.1;  // share of the initial error
 
-/// Every corner of the box [low, high], n x 2^n.
+/// Returns every corner of the box [low, high], n x 2^n.
 MatrixXd corners(const VectorXd& low, const VectorXd& high) {
   const Index n = low.size(), count = Index{1} << n;
   MatrixXd result(n, count);
@@ -38,14 +38,14 @@ MatrixXd corners(const VectorXd& low, const VectorXd& high) {
   return result;
 }
 
-/// Linearity by the plant's class, or from its values at the size of `initial`.
+/// Returns the linearity that the plant's class states, or that its values at states of the size of `initial` show.
 Linearity linearity_of(const Plant& plant, const MatrixXd& initial) {
   if (dynamic_cast<const LinearPlant*>(&plant) != nullptr) return {};
   const VectorXd size = initial.cwiseAbs().rowwise().maxCoeff();
   return recognise_linear(plant, size.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; }));
 }
 
-/// The states of all runs, a column each.
+/// Returns the states of all runs, one in each column.
 MatrixXd states_of(const Dataset& runs) {
   const Index samples = runs.trajectories.front().samples();
   MatrixXd x(runs.trajectories.front().states.rows(), samples * static_cast<Index>(runs.trajectories.size()));
@@ -54,7 +54,7 @@ MatrixXd states_of(const Dataset& runs) {
   return x;
 }
 
-/// Per output: how far the hold's input can be from h(x) between the samples.
+/// Returns, for each output, the largest difference between the held reading and h(x) between the samples.
 VectorXd hold_error(const codegen::Model& model, const LinearPlant* linear, const DisturbedRuns& runs, double w_bar) {
   const bool steps = model.hold == Hold::kZeroOrder;
   if (linear == nullptr) return steps ? runs.step_error : runs.ramp_error;
@@ -69,13 +69,13 @@ VectorXd hold_error(const codegen::Model& model, const LinearPlant* linear, cons
   return (steps ? h : h * h / 8.0) * (norm_a * x_max + w_bar) * rows.rowwise().norm();
 }
 
-/// sup |z(0) - T(x(0))| over the initial box of a linear plant, else the largest over the runs.
+/// Returns sup |z(0) - T(x(0))| over the initial box of a linear plant, else the largest value over the runs.
 double start_error(const codegen::Model& model, const Plant& plant, const SimulationConfig& simulation,
                    const MapConstants& map, const MatrixXd& initial, double noise) {
   const MatrixXd gain = codegen::linear_latent(model)->starts_steady ? codegen::steady_gain(model)
                                                                      : MatrixXd::Zero(model.nz(), model.ny());
   MatrixXd x = initial, t = map.start;
-  // On a linear plant it is largest at a corner.
+  // On a linear plant, the largest value is at a corner.
   if (map.exact && simulation.initial_distribution == InitialDistribution::kUniform && plant.nx() <= kMostCorners) {
     x = corners(VectorXd::Map(simulation.initial_low.data(), plant.nx()),
                 VectorXd::Map(simulation.initial_high.data(), plant.nx()));
@@ -85,7 +85,7 @@ double start_error(const codegen::Model& model, const Plant& plant, const Simula
          injected_bound(gain, VectorXd::Constant(plant.ny(), noise));
 }
 
-/// Flies the observer over the runs and sets the results.
+/// Runs the observer over the runs and sets the results.
 void measure(const codegen::Model& model, const DisturbedRuns& quiet, const DisturbedRuns& disturbed,
              const RobustnessQuestion& question, Robustness& result) {
   enum Kind { kQuiet, kUniform, kAbove, kBelow, kKinds };
@@ -124,7 +124,8 @@ void measure(const codegen::Model& model, const DisturbedRuns& quiet, const Dist
     }
   });
   VectorXd squares = VectorXd::Zero(samples);
-  for (const Found& own : found) {  // in the runs' order: the same bytes for any number of threads
+  // In the order of the runs, so that the result has the same bytes for any number of threads.
+  for (const Found& own : found) {
     squares += own.quiet_squares;
     result.steady_found = std::max(result.steady_found, own.steady);
     result.ratio_found = std::max(result.ratio_found, own.ratio);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Proposition 2 for a KKL observer and its plant: the constants of the bound (19), the bounds that follow, and the
-// largest errors of simulated runs.
+// Proposition 2 for a KKL observer and its plant: the constants of the bound (19), the bounds that follow from them,
+// and the largest errors of simulated runs.
 //
-// On a linear plant T and its constants are known exactly (Sylvester). On other plants they are the largest found at
-// samples, and the approximation error of T* is such on every plant. A bound made from them is an estimate.
+// On a linear plant T and its constants are known exactly (Sylvester). On other plants they are the largest values at
+// samples, and so is the approximation error of T* on every plant. A bound made from such values is an estimate.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct RobustnessQuestion {
   int trajectories = 100;    ///< simulated runs
   std::uint64_t seed = 1;    ///< seed of the initial states, the noise and the disturbance
   std::int64_t boxes = 0;    ///< LocalLipschitzOptions::boxes
-  int threads = 1;           ///< does not change the result
+  int threads = 1;           ///< does not affect the result
 };
 
 struct Robustness {
@@ -31,7 +31,7 @@ struct Robustness {
   double approximation = 0.0;  ///< eps: largest |T*(T(x)) - x| at samples [state]
   double start = 0.0;          ///< e0: largest |z(0) - T(x(0))|
 
-  // Bounds of |x_hat - x|, of a start as wrong as e0. Lipschitz constants of T* are those over the domain's box.
+  // Bounds of |x_hat - x| after an initial error of e0. Lipschitz constants of T* are those over the box of the domain.
   ErrorBound bound;  ///< each mode at its own rate, with noise and disturbance
   ErrorBound quiet;  ///< the same without noise and disturbance
   ErrorBound paper;  ///< (19) as printed, plus eps
@@ -43,8 +43,9 @@ struct Robustness {
   std::optional<double> transient_s;  ///< last time at which this rms is above the level; none: the end of the horizon
 };
 
-/// `model`: a KKL observer without inputs of `plant`'s own states; `simulation`: its initial states, sample period and
-/// horizon. Throws codegen::Error if the plant cannot be simulated, or if T of a linear plant is not injective.
+/// `model`: a KKL observer without inputs that estimates the states of `plant`. `simulation` has its initial states,
+/// sample period and horizon. Throws codegen::Error if the plant cannot be simulated, or if T of a linear plant is not
+/// injective.
 Robustness robustness(const Plant& plant, const codegen::Model& model, const SimulationConfig& simulation,
                       const RobustnessQuestion& question);
 

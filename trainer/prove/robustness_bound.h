@@ -29,7 +29,7 @@
 
 namespace nlo::trainer {
 
-/// value(t) = gain exp(rate t) e0 + steady, e0 the initial error in z.
+/// value(t) = gain exp(rate t) e0 + steady, where e0 is the initial error in z.
 struct ErrorBound {
   double gain = 0.0;    ///< [state / z]
   double rate = 0.0;    ///< [1/s], negative
@@ -37,36 +37,36 @@ struct ErrorBound {
 
   double at(double t_s, double initial_latent_error) const;
 
-  /// First t from which on the bound is at most `level`, for an initial error in z; at least 0, infinite where it
-  /// settles above. [s]
+  /// Returns the first time [s] from which on the bound is at most `level`, for an initial error in z. It is at least
+  /// 0, and infinite if the bound settles above `level`.
   double transient_s(double initial_latent_error, double level) const;
 };
 
-/// The assumptions of Proposition 2 for k = 1.
+/// The constants of Proposition 2 for k = 1.
 struct Proposition2 {
-  Eigen::Index nx = 0, nz = 0;  ///< n_z: all rows of D, clocks included
+  Eigen::Index nx = 0, nz = 0;  ///< n_z: all rows of D, including clocks
   double lambda_max = 0.0;      ///< largest real part of D's eigenvalues [1/s]
   double l_t = 0.0;             ///< |x1 - x2| <= L_T |T(x1) - T(x2)|
   double l_tx = 0.0;            ///< |dT/dx| <= L_Tx
 };
 
-/// (19) as printed.
+/// Returns (19) as printed.
 ErrorBound bound_19(const Proposition2& proposition, double k, double w_bar, double v_bar);
 
-/// sup |F v| for |v_j| <= v(j): at a corner of the box, all of which are tried; beyond 16 outputs the sum of the
-/// columns' norms.
+/// Returns sup |F v| for |v_j| <= v(j). It is at a corner of the box, and all corners are tried. For more than 16
+/// outputs, returns the sum of the columns' norms.
 double injected_bound(const Eigen::MatrixXd& injection, const Eigen::VectorXd& v);
 
-/// Bound for one mode.
+/// Returns the bound for one mode.
 double injected_bound(const LatentMode& mode, const Eigen::VectorXd& v);
 
-/// Largest |row of dT/dx| per mode (a pair: spectral norm of its two rows), the elementwise maximum with `largest`
-/// (empty at first).
+/// Computes the largest |row of dT/dx| for each mode (for a pair: the spectral norm of its two rows), and raises the
+/// entries of `largest` (empty at first) to it.
 void widen_row_slopes(const std::vector<LatentMode>& modes, const Eigen::MatrixXd& dt_dx, Eigen::VectorXd& largest);
 
-/// Steady bound of |z - T(x)|, mode by mode.
-///   v           n_y: sup of each output's deviation, noise and hold
-///   row_slopes  per mode, see widen_row_slopes(); not read when w_bar = 0
+/// Returns the steady bound of |z - T(x)|, mode by mode.
+///   v           n_y: sup of each output's deviation, from noise and hold
+///   row_slopes  per mode, see widen_row_slopes(); not used if w_bar = 0
 double steady_latent_error(const LatentSystem& system, const Eigen::VectorXd& v, double w_bar,
                            const Eigen::VectorXd& row_slopes);
 

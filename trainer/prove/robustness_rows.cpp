@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of Proposition 2: how robust the observer is to noise, and how fast it forgets a wrong start.
+// Rows about Proposition 2: how robust the observer is to noise, and how fast it forgets a wrong start.
 #include <fmt/format.h>
 
 #include <limits>

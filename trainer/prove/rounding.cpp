@@ -8,7 +8,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Does a Cholesky factorisation of t I - g come to its end? Small ones stay off the heap.
+/// Returns true if a Cholesky factorisation of t I - g succeeds. Small matrices use no heap.
 template <class Storage>
 bool is_above(double t, const Eigen::MatrixXd& g) {
   const Eigen::Index n = g.rows();
@@ -30,13 +30,13 @@ bool is_above(double t, const Eigen::MatrixXd& g) {
   return g.rows() <= kSmall ? is_above<Small>(t, g) : is_above<Eigen::MatrixXd>(t, g);
 }
 
-/// The bound of the eigenvalues of g, n x n, that a successful is_above(t) proves.
+/// Returns the bound of the eigenvalues of g, n x n, that a successful is_above(t) proves.
 double proven(double t, Eigen::Index n) {
   const auto size = static_cast<double>(n);
   return upward(t * (1.0 + 2.0 * size * (size + 2.0) * kUnit), 3);
 }
 
-/// |G - m'm| <= gamma |m|'|m| for the computed G, whose norm is at most its trace.
+/// Bounds the error of the computed G, |G - m'm| <= gamma |m|'|m|. The norm is at most the trace.
 double error_of_gram(const Eigen::MatrixXd& m, double trace) {
   return upward(gamma(std::max(m.rows(), m.cols())) * trace, 1);
 }
@@ -45,7 +45,7 @@ double raised_trace(const Eigen::MatrixXd& m) {
   return upward(m.squaredNorm(), m.size());
 }
 
-/// Norm of a matrix with two rows or two columns.
+/// Returns the norm of a matrix with two rows or two columns.
 template <class First, class Second>
 double norm_of_two(const First& a, const Second& b, double of_gram) {
   const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b), half = 0.5 * (aa - bb);
@@ -53,7 +53,7 @@ double norm_of_two(const First& a, const Second& b, double of_gram) {
   return upward(std::sqrt(upward(largest, 6) + of_gram), 2);
 }
 
-/// Some eigenvalue of g from below, near the largest one mostly.
+/// Returns a lower bound of the largest eigenvalue of g, which is usually close to it.
 double by_powers(const Eigen::MatrixXd& g) {
   constexpr int kRounds = 10;
   Eigen::VectorXd v = g.rowwise().norm(), next = v;

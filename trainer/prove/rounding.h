@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// u: a rounded result is off by at most u times itself.
+/// u: the error of a rounded result is at most u times its size.
 inline constexpr double kUnit = 0x1p-53;
 inline constexpr double kLibraryUlps = 4.0;
 
@@ -25,8 +25,8 @@ constexpr double gamma(Count n) {
   return exact / (1.0 - exact) * (1.0 + 4.0 * kUnit);
 }
 
-/// A bound of the exact value, where `value` >= 0 was computed from terms >= 0, each of which went through at most
-/// `roundings` sums, products, quotients and roots; results below 1e-308, too.
+/// Returns a bound of the exact value, if `value` >= 0 was computed from terms >= 0, and each term went through at most
+/// `roundings` sums, products, quotients and roots. Also valid for results below 1e-308.
 template <class Count>
 constexpr double upward(double value, Count roundings) {
   return value * (1.0 + gamma(static_cast<double>(roundings) + 2.0)) + std::numeric_limits<double>::min();
@@ -36,21 +36,22 @@ Eigen::MatrixXd upward(const Eigen::MatrixXd& value, Count roundings) {
   return value.unaryExpr([roundings](double entry) { return upward(entry, roundings); });
 }
 
-/// A bound of |a b - its computed value|, entry by entry.
+/// Returns a bound of |a b - its computed value|, entry by entry.
 inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return upward(gamma(a.cols()) * (a.cwiseAbs() * b.cwiseAbs()), a.cols() + 1);
 }
 
-/// At least the largest singular value of m, and above it by some n^2 roundings alone: a Cholesky factorisation of
-/// t I - G that comes to its end proves that no eigenvalue of G exceeds t by more than its own rounding (Rump,
-/// Verification of positive definiteness, 2006). Infinite where m is not finite. With `at_least` the larger of both, at
-/// less work where that is it.
+/// Returns a bound of the largest singular value of m that exceeds it by about n^2 roundings only. If a Cholesky
+/// factorisation of t I - G succeeds, no eigenvalue of G exceeds t by more than its own rounding (Rump, Verification of
+/// positive definiteness, 2006). Infinite if m is not finite. With `at_least`, returns the larger of both; if that is
+/// `at_least`, it takes less work.
 double norm_above(const Eigen::MatrixXd& m, double at_least = 0.0);
 
-/// Bound of the norm within a per cent, in a fifth of the time for matrices of more than a few rows and columns.
+/// Returns a bound of the norm within a per cent, in a fifth of the time for matrices of more than a few rows and
+/// columns.
 double rough_norm_above(const Eigen::MatrixXd& m);
 
-/// At least the square root of the sum of squares of all entries.
+/// Returns a bound of the square root of the sum of squares of all entries.
 double frobenius_above(const Eigen::MatrixXd& m);
 
 }  // namespace nlo::trainer

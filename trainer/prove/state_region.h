@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A set of states made of equal boxes: where a plant is assumed to stay. What is proven of an observer's error holds
-// there.
+// A set of states made of equal boxes, in which a plant is assumed to stay. Bounds of an observer's error are proven
+// for this set.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,28 +13,28 @@ namespace nlo::trainer {
 
 class StateRegion {
  public:
-  /// All of a box.
+  /// The whole box.
   StateRegion(StateBox box, int cells_per_state);
 
-  /// The cells in which columns of `x` (n_x x N) lie: the smallest ones of which there are not more than `most_cells`.
+  /// Returns the cells that contain columns of `x` (n_x x N), with the smallest width that needs at most `most_cells`.
   static StateRegion around(const Eigen::MatrixXd& x, std::size_t most_cells);
 
-  /// The cells of twice, four, ... times the width that hold this region: the first of which there are at most
-  /// `most_cells`.
+  /// Returns cells of twice, four, ... times the width that contain this region, with the smallest width that needs at
+  /// most `most_cells`.
   StateRegion coarser(std::size_t most_cells) const;
 
   const StateBox& box() const { return box_; }
   int per_state() const { return per_state_; }
   std::vector<StateBox> cells() const;
-  /// Place of each of cells(), counted from the box's lowest corner, n_x each.
+  /// Returns the place of each of cells(), counted from the box's lowest corner, n_x each.
   std::vector<Eigen::VectorXi> places() const;
-  /// Which of cells() x lies in; -1: it is not in the region.
+  /// Returns the index of the cell that contains x, or -1 if x is not in the region.
   Eigen::Index cell_of(const Eigen::VectorXd& x) const;
   bool contains(const Eigen::VectorXd& x) const { return cell_of(x) >= 0; }
-  /// Share of the box that the region fills.
+  /// Returns the share of the box that the region fills.
   double share() const;
 
-  /// `per_cell` points of each cell, n_x x N: its centre, then drawn ones.
+  /// Returns `per_cell` points of each cell, n_x x N: its centre, then random ones.
   Eigen::MatrixXd points(int per_cell, unsigned seed) const;
 
  private:
@@ -44,7 +44,7 @@ class StateRegion {
 
   StateBox box_;
   int per_state_;
-  /// Place of each cell of the box among cells(), or -1; the first state goes fastest.
+  /// Index in cells() of each cell of the box, or -1; the first state goes fastest.
   std::vector<Eigen::Index> rank_;
 };
 

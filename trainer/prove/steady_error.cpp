@@ -28,15 +28,15 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// A box of the region with its bounds.
+/// A box of the region and its bounds.
 struct Examined {
   StateBox box;
   Vector bound;   ///< n_x
-  Vector centre;  ///< the bound for a box that is a point
-  Vector moved;   ///< part of the bound by the width of the box, n_x
-  Vector bent;    ///< part by the distance of T* from its tangent, n_x
+  Vector centre;  ///< the bound if the box were a point
+  Vector moved;   ///< part of the bound from the width of the box, n_x
+  Vector bent;    ///< part from the distance of T* from its tangent, n_x
   Eigen::Index split = 0;
-  int pieces = 1;  ///< in which T* was looked at there
+  int pieces = 1;  ///< number of pieces into which T* was divided there
   double urgency = 0.0;
 
   bool operator<(const Examined& other) const { return urgency < other.urgency; }
@@ -73,7 +73,7 @@ class Proof {
   }
 
  private:
-  /// Cells are halved while the polynomials over them have more than the least that any has, to be worth it.
+  /// Halves cells while the bound over a cell is much larger than the smallest possible one.
   void bound_residual() {
     constexpr double kEnough = 1e-5;  // share of F y
     constexpr int kMostHalvings = 6;
@@ -96,7 +96,7 @@ class Proof {
     }
   }
 
-  /// How far z - T~(x) can move in a step besides the noise: |d| of each row.
+  /// Bounds how far z - T~(x) can move in a step without the noise: |d| of each row.
   Vector step_error(double disturbance) const {
     constexpr double kCoefficients = 1e-13;  // how well the coefficients of a step are computed
     const double dt = model_.sample_period_s;
@@ -129,7 +129,7 @@ class Proof {
     return result;
   }
 
-  /// How far z - T~(x) can be in the directions that the noise drives most.
+  /// Bounds z - T~(x) in the directions that the noise drives most.
   void enclose_latent_error(const Vector& noise, const Vector& step) {
     const Matrix weighted = memory_.noise * noise(0);
     const Eigen::SelfAdjointEigenSolver<Matrix> principal(weighted * weighted.transpose() +
@@ -181,7 +181,7 @@ class Proof {
     return result;
   }
 
-  /// |dh/dx - its value at the centre| over the box.
+  /// Returns |dh/dx - its value at the centre| over the box.
   static Matrix h_bent(const PlantRanges& plant, const Matrix& at_centre) {
     Matrix bent(at_centre.rows(), at_centre.cols());
     for (Eigen::Index i = 0; i < bent.rows(); ++i)
@@ -190,7 +190,8 @@ class Proof {
     return bent;
   }
 
-  /// The model takes measurements, and a saturating T* latent states, as they are within their ranges alone.
+  /// Checks that measurements are within their ranges and, for a saturating T*, latent states too, because only then
+  /// the model uses them unchanged.
   void check_range(const Vector& z, const Vector& y, const InputBox& around, const Matrix& inputs) const {
     const Vector reach = inputs.cwiseAbs() * around.radius;
     const Eigen::Index nz = z.size(), ny = y.size();
@@ -206,7 +207,7 @@ class Proof {
     for (Eigen::Index r = 0; r < nz; ++r)
       if (z(r) - reach(r) < limits.min(r) || z(r) + reach(r) > limits.max(r))
         throw codegen::Error(fmt::format(
-            "latent state {} reaches beyond what T* follows in this region with this noise; give less --noise, less "
+            "latent state {} leaves the range that T* reads in this region with this noise; give less --noise, less "
             "--disturbance or a smaller --box",
             r));
   }
@@ -276,7 +277,7 @@ class Proof {
   static constexpr std::size_t kMostSplineCells = 400;
 
   const StateRegion& region_;
-  StateRegion coarse_;  ///< the spline's
+  StateRegion coarse_;  ///< region of the spline
   const SteadyStates& states_;
   SteadyQuestion question_;
   LatentSystem system_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A proof of how far a KKL observer's estimate can be from the state once it has forgotten where it began, while the
-// plant stays in a region, each output is off by at most V and each state's derivative by at most W:
+// Proves how far a KKL observer's estimate can be from the state after it has forgotten its start, if the plant stays
+// in a region, the error of each output is at most V, and that of each state's derivative is at most W:
 //
 //   x_hat - x = [T*(T~(x), h(x)) - x]  +  J e,      e = z - T~(x)
 //
@@ -21,9 +21,9 @@
 namespace nlo::trainer {
 
 struct SteadyQuestion {
-  double noise = 0.0;          ///< V: each sample of each output is off by at most this
-  double disturbance = 0.0;    ///< W: each state's derivative is off by at most this [state / s]
-  std::int64_t boxes = 20000;  ///< to look at, at most
+  double noise = 0.0;          ///< V: the largest error of each sample of each output
+  double disturbance = 0.0;    ///< W: the largest error of each state's derivative [state / s]
+  std::int64_t boxes = 20000;  ///< most boxes to examine
 };
 
 struct SteadyError {
@@ -34,9 +34,9 @@ struct SteadyError {
   std::int64_t boxes = 0;         ///< number examined
 };
 
-/// `states` tell T~ which of the maps that solve (5) to be. The model is a KKL observer without inputs. Throws
-/// codegen::Error where a proof is not possible: a plant whose equations have no derivative, a region whose outputs or
-/// latent states reach beyond what the model takes.
+/// `states` determine which of the maps that solve (5) T~ approximates. The model is a KKL observer without inputs.
+/// Throws codegen::Error if a proof is not possible: the equations of the plant have no derivative, or the region has
+/// outputs or latent states beyond the ranges of the model.
 SteadyError steady_error(const codegen::Model& model, const PlantConfig& plant, const StateRegion& region,
                          const SteadyStates& states, const SteadyQuestion& question);
 

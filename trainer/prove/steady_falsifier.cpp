@@ -22,7 +22,8 @@ class Attack {
   Attack(const codegen::Model& model, const Plant& plant, const StateRegion& region)
       : model_(model), plant_(plant), region_(region), memory_(model), observer_(model) {}
 
-  /// x at each sample, n_x x (steps + 1), with w (n_x x steps) held over each; nothing when it leaves the region.
+  /// Returns x at each sample, n_x x (steps + 1), where w (n_x x steps) is held over each step; empty if it leaves the
+  /// region.
   std::optional<Matrix> path(const Vector& start, const Matrix& w) const {
     constexpr int kParts = 4;
     Matrix x(plant_.nx(), memory_.steps + 1);
@@ -39,7 +40,7 @@ class Attack {
     return x;
   }
 
-  /// x_hat - x at the last sample, with v (n_y x (steps + 1)).
+  /// Returns x_hat - x at the last sample, with the noise v (n_y x (steps + 1)).
   Vector error(const Matrix& x, const Matrix& v) {
     const Matrix y = plant_.output(x) + v;
     observer_.reset();
@@ -47,7 +48,8 @@ class Attack {
     return observer_.estimate() - x.rightCols(1);
   }
 
-  /// The noise that moves x_hat_i by most, of size `noise` with the sign `sign`, as the observer stands.
+  /// Returns the noise of size `noise` that moves x_hat_i furthest in the direction `sign`, for the present state of
+  /// the observer.
   Matrix worst_noise(Eigen::Index i, double sign, double noise) const {
     const Eigen::Index ny = plant_.ny(), nz = model_.nz();
     const Matrix jacobian = inverse_map_jacobian(model_, observer_.latent(), observer_.output());
@@ -60,7 +62,8 @@ class Attack {
     return v;
   }
 
-  /// The disturbance likewise, block by block: what a push in one of them does to the error is simulated.
+  /// Returns the disturbance that does so, block by block. The effect of a push in each block on the error is
+  /// simulated.
   std::optional<Matrix> worst_push(const Vector& start, const Matrix& v, Eigen::Index i, double sign, double size) {
     constexpr Eigen::Index kBlocks = 16;
     constexpr double kSmall = 0.05;
@@ -71,7 +74,7 @@ class Attack {
     const double at_rest = error(*still, v)(i);
     Matrix signs = w;
     for (Eigen::Index block = 0; block < kBlocks; ++block) {
-      // Shorter blocks at the end, which the observer remembers best.
+      // The blocks at the end are shorter, because the observer remembers them best.
       const auto edge = [&](Eigen::Index b) {
         const double part = static_cast<double>(b) / kBlocks;
         return static_cast<Eigen::Index>((1.0 - (1.0 - part) * (1.0 - part)) * static_cast<double>(memory_.steps));
@@ -100,7 +103,8 @@ class Attack {
 
 SteadyFound largest_steady_error(const codegen::Model& model, const Plant& plant, const StateRegion& region,
                                  const SteadyStates& states, const Matrix& starts, const SteadyQuestion& question) {
-  constexpr int kRounds = 3;  // the Jacobian is that of where the noise of the round before has led
+  // Each round uses the Jacobian at the point to which the noise of the round before has led.
+  constexpr int kRounds = 3;
   Attack attack(model, plant, region);
   const Eigen::Index nx = plant.nx();
   SteadyFound found{Vector::Zero(nx), Vector::Zero(nx), 0};

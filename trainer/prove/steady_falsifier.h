@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The search for large steady errors that runs beside their bound: simulated runs that stay in the region, noise and
-// disturbance at full size with the signs that push one estimate away from the truth. It shares no code with the
-// proof but the memory of the latent state: the reference observer flies, and the plant is simulated.
+// Searches for large steady errors, beside the proof of their bound. It simulates runs that stay in the region, with
+// noise and disturbance of full size and the signs that push one estimate away from the truth. It shares no code with
+// the proof except the memory of the latent state: it runs the reference observer and simulates the plant.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,11 +14,11 @@ namespace nlo::trainer {
 
 struct SteadyFound {
   Eigen::VectorXd error;          ///< the largest |x_hat_i - x_i|, n_x
-  Eigen::VectorXd approximation;  ///< the same without noise and disturbance: over all states there, too
+  Eigen::VectorXd approximation;  ///< the same without noise and disturbance, also over all states of the region
   int runs = 0;                   ///< number of runs that stayed in the region
 };
 
-/// From `starts` (n_x x N), states in the region, each for as long as the observer remembers.
+/// Starts from `starts` (n_x x N), states in the region. Each run is as long as the observer's memory.
 SteadyFound largest_steady_error(const codegen::Model& model, const Plant& plant, const StateRegion& region,
                                  const SteadyStates& states, const Eigen::MatrixXd& starts,
                                  const SteadyQuestion& question);

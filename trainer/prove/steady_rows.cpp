@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of the error that stays once an observer has forgotten where it began.
+// Rows about the error that remains after an observer has forgotten its start.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMostCells = 4096;
 
-/// Why this model has no such rows; empty: it has.
+/// Returns the reason why this model has no such rows; empty if it has them.
 std::string reason_against(const codegen::Model& model, const CertifyOptions& options) {
   if (std::string why = reason_against_plant(model, options); !why.empty()) return why;
   if (static_cast<std::size_t>(model.nx()) > ForwardSpline::kMostStates)
@@ -28,7 +28,7 @@ std::string reason_against(const codegen::Model& model, const CertifyOptions& op
   return {};
 }
 
-/// All of a box: as many equal cells as there may be, a power of two in each state.
+/// Returns a whole box as a region of as many equal cells as allowed, a power of two for each state.
 StateRegion all_of(const StateBox& box) {
   int per_state = 1;
   while (std::pow(2.0 * per_state, box.centre.size()) <= static_cast<double>(kMostCells)) per_state *= 2;

@@ -11,14 +11,14 @@
 
 namespace nlo::trainer {
 
-/// States that a plant comes to, and an observer's latent states there.
+/// States at which a plant arrives, and the latent states of an observer there.
 struct SteadyStates {
   Eigen::MatrixXd visited;  ///< with the disturbance, n_x x N
   Eigen::MatrixXd x, z;     ///< without noise and disturbance, n_x x M and n_z x M
 };
 
-/// From the second half of simulated runs with the experiment's initial states, of longer ones where the observer takes
-/// longer to settle.
+/// Computes them from the second half of simulated runs with the experiment's initial states. If the observer settles
+/// slowly, the runs are longer.
 SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
                            double disturbance, int trajectories, std::uint64_t seed);
 

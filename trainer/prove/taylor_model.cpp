@@ -44,7 +44,7 @@ constexpr Places kPlaces;
 
 constexpr double kUp = 1.0 + 64.0 * kUnit;  // a few sums and products of numbers that are not negative
 
-/// Taylor's series of functions at every point of x: term k is g^(k)(x) / k!.
+/// Returns Taylor's series of a function at every point of x: term k is g^(k)(x) / k!.
 template <class Series>
 Series series_of(Function function, const Interval& x) {
   Series s;

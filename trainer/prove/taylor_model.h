@@ -14,24 +14,24 @@ namespace nlo::trainer {
 class TaylorModel {
  public:
   static constexpr std::size_t kVariables = 3;
-  static constexpr int kOrder = 6;  ///< the total degree of products that are kept
+  static constexpr int kOrder = 6;  ///< largest total degree of the products
   using Powers = std::array<int, kVariables>;
 
   TaylorModel(double value = 0.0) { coefficients_[0] = value; }  // NOLINT: a number is a function
-  /// x of one variable.
+  /// Returns x for one variable.
   static TaylorModel variable(std::size_t index, double centre, double radius);
 
-  /// Adds c t^power; beyond kOrder to the remainder.
+  /// Adds c t^power, or adds it to the remainder beyond kOrder.
   void add(const Powers& power, double c);
   void widen(double by) { remainder_ += by; }
 
-  /// |f| is at most this.
+  /// Returns a bound of |f|.
   double most() const;
 
   friend TaylorModel operator+(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel operator-(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel operator*(const TaylorModel& a, const TaylorModel& b);
-  /// Infinite where b may be 0, as value_of() is where a function has no value.
+  /// The result is infinite if b may be 0, and so is that of value_of() if the function may have no value.
   friend TaylorModel operator/(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel value_of(codegen::Function function, const TaylorModel& x);
   friend TaylorModel minimum_of(const TaylorModel& a, const TaylorModel& b);
@@ -42,7 +42,8 @@ class TaylorModel {
   using Series = std::array<codegen::Interval, kOrder + 2>;
 
   double size() const;  ///< sum of |c|
-  /// g(x) from Taylor's series of g: around a number, and around every number of a range, whose last term is used.
+  /// Returns g(x) from Taylor's series of g around a number. The last term is taken from the series around every number
+  /// of a range.
   template <class SeriesOf>
   TaylorModel composed(const SeriesOf& series_of) const;
 

@@ -20,10 +20,10 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// sqrt(mean over the run of |x - x_hat|^2), without noise, for a plant of two states.
+/// Returns sqrt(mean over the run of |x - x_hat|^2), without noise, for a plant of two states, x2.size() x x1.size().
 ///   x1, x2   initial states along each axis
-///   threads  0: all cores; does not change the result
-/// Returns x2.size() x x1.size(). Throws codegen::Error when a run leaves the numbers.
+///   threads  0: all cores; does not affect the result
+/// Throws codegen::Error if a run overflows.
 Eigen::MatrixXd rmse_map(const codegen::Model& model, const PlantConfig& plant, const SimulationConfig& simulation,
                          const Eigen::VectorXd& x1, const Eigen::VectorXd& x2, int threads) {
   Eigen::MatrixXd map(x2.size(), x1.size());
@@ -46,10 +46,10 @@ constexpr const char* kOnX1 = "reverse_duffing_x1";
 constexpr const char* kOnX2 = "reverse_duffing_x2";
 constexpr double kReachX2 = 3.0;
 
-/// Initial states of X2's test set that are not in X1, as many as the test set has.
+/// Returns initial states of X2's test set that are not in X1, as many as the test set has.
 Eigen::MatrixXd outside_x1(const Workbench& bench) {
   Workbench wider = bench;
-  wider.size.test_trajectories = 2 * bench.size.test_trajectories;  // an eighth of X2 falls to X1
+  wider.size.test_trajectories = 2 * bench.size.test_trajectories;  // an eighth of X2 is within X1
   const Eigen::MatrixXd drawn = wider.test_states(kOnX2);
   Eigen::MatrixXd kept(drawn.rows(), bench.size.test_trajectories);
   Eigen::Index count = 0;
@@ -58,7 +58,8 @@ Eigen::MatrixXd outside_x1(const Workbench& bench) {
   return kept.leftCols(count);
 }
 
-/// RMSE by initial state: the root mean square over the training seeds, map_points x map_points (row: x2, column: x1).
+/// Returns the RMSE for each initial state: the root mean square over the training seeds, map_points x map_points (row:
+/// x2, column: x1).
 Eigen::MatrixXd mean_map(const Workbench& bench, std::string_view experiment, const Eigen::VectorXd& axis,
                          double from) {
   const Experiment& made_by = bench.experiment(experiment);
@@ -91,7 +92,7 @@ Panel map_panel(const Eigen::VectorXd& axis, const Eigen::MatrixXd& values, doub
   return panel;
 }
 
-/// Errors of single runs without noise, a row per curve.
+/// Makes a section with the errors of single runs without noise, a row for each curve.
 Section single_runs(const Workbench& bench, const std::vector<std::string_view>& experiments,
                     const Eigen::Vector2d& start, const std::vector<std::string>& titles, double shown_s,
                     const char* caption) {

@@ -19,7 +19,7 @@ constexpr double kSettledS = 5.0, kShownS = 15.0, kLimit = 0.015, kRatio = 4.0;
 const Eigen::Vector2d kStart(-0.5, 0.5);
 const std::vector<std::string> kInputs{"cos(12*t)"};
 
-/// |x - x_hat| over time with and without phi(z) u, which the lines of the states are too thick to show.
+/// Draws |x - x_hat| over time with and without phi(z) u, because the lines of the states are too thick to show it.
 Figure error_figure(const std::vector<Runs>& curves) {
   Figure figure;
   figure.caption = "Error norm of the same runs; the vertical axis is logarithmic.";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Figure compare_pde: does the PDE residual (5) help outside of the training box?
+// Figure compare_pde: shows if the PDE residual (5) helps outside of the training box.
 #include <fmt/format.h>
 
 #include <Eigen/Core>

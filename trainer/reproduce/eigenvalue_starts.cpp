@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The control of Table 1: the same start of D, frozen and learned. The benefit of learning is their difference, not the
-// benefit of this start over others.
+// A control experiment for Table 1: D has the same initial eigenvalues, once frozen and once learned. Their difference
+// is the benefit of learning, separate from the benefit of these initial values.
 #include <fmt/format.h>
 
 #include <array>
@@ -16,7 +16,7 @@ struct Start {
   std::string_view learned, frozen;  ///< experiments
 };
 
-// The first is where our reading of the paper's learned column starts.
+// The first has the initial values of the learned column, as we understand the paper.
 constexpr std::array<Start, 5> kStarts = {{
     {"{-1, -1.5, -2}", "van_der_pol_noise", "van_der_pol_noise observer.learn_eigenvalues=false"},
     {"{-5, -6, -7}", "van_der_pol_noise observer.eigenvalues=[-5.0,-6.0,-7.0]",
@@ -29,7 +29,7 @@ constexpr std::array<Start, 5> kStarts = {{
      "van_der_pol_noise observer.eigenvalues=[-0.3,-0.6,-1.0] observer.learn_eigenvalues=false"},
 }};
 
-/// Learning adds something where every seed gains, by more than this: seeds differ by about as much.
+/// Learning helps if every seed gains by more than this. Seeds differ by about as much.
 constexpr double kGain = 0.02;
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An exam: a published benchmark. Rows for our observers, filters that a careful engineer would tune, a simple
-// estimator, and published results, each with its figure and the cost of a sample.
+// An exam is a published benchmark. Its table has rows for our observers, for filters tuned with care, for a simple
+// estimator and for published results, each with its error and the cost of a sample.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@ namespace nlo::trainer::reproduction {
 
 struct ExamRow {
   std::string name;
-  std::vector<double> values = {};       ///< ours, one for each training seed; one where nothing is drawn
-  std::optional<double> published = {};  ///< published by others for their own test
+  std::vector<double> values = {};       ///< our errors, one for each training seed; a single one if nothing is random
+  std::optional<double> published = {};  ///< error that others have published for their own test
   std::optional<double> multiply_adds = {};
 };
 
-/// A row of others.
+/// Returns a row with a published result.
 ExamRow published(const std::string& name, double figure, std::optional<double> multiply_adds = {});
 
 struct ExamTable {
@@ -27,7 +27,7 @@ struct ExamTable {
 std::string exam_text(const ExamTable& exam);
 std::string exam_html(const ExamTable& exam);
 
-/// As numbers_csv() (numbers_csv.h): row the row's name, column the figure and "multiply-adds".
+/// Returns a table as numbers_csv() (numbers_csv.h) does: row is the row's name, column the figure and "multiply-adds".
 std::string exams_csv(const std::vector<ExamTable>& exams);
 
 }  // namespace nlo::trainer::reproduction

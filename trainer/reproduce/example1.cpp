@@ -19,7 +19,7 @@ constexpr const char* kGradientDescent = "example1_gradient_descent";
 constexpr double kStabilisedS = 5.0, kLimit = 0.10, kHalfBox = 5.0;
 const Eigen::Vector2d kStart(2.0, -3.0);  // "an arbitrary given initial condition"
 
-/// The test states whose runs stay in the training box: the others go round an orbit of radius 10.
+/// Returns the test states whose runs stay in the training box. The others follow an orbit of radius 10.
 Eigen::MatrixXd staying_in_box(const Workbench& bench, const Eigen::MatrixXd& initial) {
   const Dataset runs = bench.truth({kAdam, initial});
   Eigen::MatrixXd kept(initial.rows(), initial.cols());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of HyperKKL: our driven KKL observers against the best of its two methods, cell by cell.
+// The benchmark of HyperKKL: compares our driven KKL observers with the better of its two methods, cell by cell.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,12 +30,12 @@ namespace {
 constexpr std::uint64_t kRunsSeed = 1;
 constexpr double kNormsFromS = 5.0;  // start of the interval for norms
 constexpr double kNoiseShare = 0.1;  // share of the output's RMS
-constexpr int kRunsShare = 2;        // 100 runs a cell where the paper's protocol has 200
+constexpr int kRunsShare = 2;        // 100 runs for each cell; the paper's protocol has 200
 constexpr int kRivalsRuns = 12;
 constexpr double kTheirs = 125'000.0;  // multiply-adds
 
-/// A run from `start`. Where the plant escapes in finite time (Roessler from x3 near -10: 1 start in 600), the start is
-/// drawn again from the whole box.
+/// Simulates a run from `start`. If the plant escapes in finite time (Roessler from x3 near -10: 1 start in 600), draws
+/// another start from the whole box.
 Dataset bounded_run(const Plant& plant, const SimulationConfig& simulation, Eigen::VectorXd start, const DrivenInput& u,
                     RunRandom& random) {
   constexpr int kTries = 100;
@@ -49,7 +49,7 @@ Dataset bounded_run(const Plant& plant, const SimulationConfig& simulation, Eige
   }
 }
 
-/// With the benchmark's box of starts.
+/// Returns the experiment with the benchmark's box of initial states.
 Experiment tested(Experiment experiment, const BenchmarkPlant& plant) {
   SimulationConfig& simulation = experiment.simulation;
   for (std::size_t i = 0; i < simulation.initial_low.size(); ++i) {
@@ -59,7 +59,7 @@ Experiment tested(Experiment experiment, const BenchmarkPlant& plant) {
   return experiment;
 }
 
-/// Fresh runs of one plant under inputs of one kind. u is continuous in time; the observer reads its samples.
+/// Simulates new runs of one plant with inputs of one kind. u is continuous in time; the observer reads its samples.
 Dataset truth_of(const Experiment& experiment, const InputRange& range, std::uint64_t cell, Eigen::Index runs) {
   const auto plant = make_plant(*experiment.plant);
   RunRandom random(initial_state_seed(kRunsSeed, SeedStream::kTest), RunPurpose::kInputs, 1000 + cell, 0);
@@ -85,7 +85,7 @@ double output_rms(const Dataset& runs) {
   return std::sqrt(squares / count);
 }
 
-/// Both readings, each the mean over the runs.
+/// Returns the error computed in both ways, each as a mean over the runs.
 std::pair<double, double> smape_of(const EstimatorFactory& factory, const Dataset& runs, const NoiseConfig& noise,
                                    int threads) {
   const std::size_t count = runs.trajectories.size();
@@ -120,7 +120,8 @@ Contender contender(const Workbench& bench, const BenchmarkPlant& plant, const I
   return cell;
 }
 
-/// Estimators without a training: an EKF that knows the plant, and a ridge. They are tuned and fitted on training runs.
+/// Estimators without a training: an EKF that knows the plant, and a ridge regression. They are tuned and fitted on
+/// training runs.
 struct Rivals {
   EstimatorFactory ekf, ridge;
   double multiply_adds = 0.0;  ///< cost of the EKF

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs,
-// and the best that it reports.
+// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs, and its best published
+// errors.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct DrivenInput {
   double operator()(double time_s) const;
 };
 
-/// Ranges from which a run's input is drawn, uniformly. A constant has `sign`: A is negated in about every other run.
+/// Ranges from which the input of a run is drawn uniformly. For a constant, A is negated with a probability of 1/2.
 struct InputRange {
   const char* title;
   InputSignal kind = InputSignal::kZero;
@@ -48,15 +48,15 @@ inline constexpr std::array<InputRange, 3> kFarInputs{{
 
 DrivenInput draw_input(const InputRange& range, RunRandom& random);
 
-/// A Latin hypercube over [initial_low, initial_high]: of n runs, each has a slice of its own, 1/n wide, in every
-/// state. n_x x n.
+/// Draws a Latin hypercube over [initial_low, initial_high], n_x x n: in every state, each of n runs has its own slice
+/// of width 1/n.
 Eigen::MatrixXd latin_hypercube(const SimulationConfig& simulation, Eigen::Index count, RunRandom& random);
 
 struct BenchmarkPlant {
   const char* title;
   const char* experiment;           ///< in trainer/experiments/
   std::array<double, 3> low, high;  ///< range of the initial states, n_x; training may start elsewhere
-  std::array<double, 4> published;  ///< the best SMAPE [%] of their two methods, by kKnownInputs; 0: there is none
+  std::array<double, 4> published;  ///< lowest published SMAPE [%] of their two methods, by kKnownInputs; 0: none
 };
 
 inline constexpr std::array<BenchmarkPlant, 5> kBenchmarkPlants{{

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Exams on logs of others: inclination from an inertial sensor (BROAD), the state of charge of a cell (LG HG2), the
+// Exams on published logs: inclination from an inertial sensor (BROAD), the state of charge of a cell (LG HG2), and the
 // simulation of a circuit (Silverbox).
 #include <fmt/format.h>
 
@@ -19,10 +19,10 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// A model of logs and simpler estimators on each test log.
+/// A model of logs and simpler estimators, tested on each test log.
 class LogExam {
  public:
-  /// The first `start` samples of each test run are not judged.
+  /// The first `start` samples of each test run do not count.
   LogExam(const Workbench& bench, std::string_view experiment, std::string_view logs, Eigen::Index start = 0)
       : bench_(bench), experiment_(experiment), schema_(resolve_columns(*config().log)) {
     splits_ = load_log_splits(*config().log, bench.data + "/" + std::string(logs));
@@ -53,7 +53,7 @@ class LogExam {
  private:
   const Experiment& config() const { return bench_.experiment(experiment_); }
 
-  /// Error of the last quantity; a direction stands behind its components.
+  /// Returns the error of the last quantity; a direction comes after its components.
   static double error_of(const LogEntry& entry, std::string_view log) {
     const auto& files = entry.metrics.files;
     const auto file = std::ranges::find(files, log, &LogMetrics::File::source);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lorenz by the protocol of KalmanNet (Revach et al., IEEE TSP 2022), on fresh runs.
+// Lorenz's system by the protocol of KalmanNet (Revach et al., IEEE TSP 2022), on new runs.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -24,21 +24,21 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr std::uint64_t kFreshSeed = 2022;  // seed of the test alone
+constexpr std::uint64_t kFreshSeed = 2022;  // only for the test
 constexpr Eigen::Index kSamples = 3000;
-constexpr double kLeadInS = 10.0;  // until a run is on the attractor
+constexpr double kLeadInS = 10.0;  // a run is on the attractor after this time
 constexpr int kFiner = 10;         // RK4 at .002 s is exact here; filters and trainings use .02 s
 constexpr int kFreshShare = 4;     // 50 runs, 150,000 samples
 constexpr int kTunedShare = 16;    // 12 runs
 
-/// With starts all over the attractor, as for a filter that is switched on there.
+/// Returns the experiment with starts all over the attractor, as for a filter that is switched on there.
 Experiment anywhere(Experiment experiment) {
   experiment.simulation.initial_low = {-20.0, -25.0, 0.0};
   experiment.simulation.initial_high = {20.0, 25.0, 50.0};
   return experiment;
 }
 
-/// Runs of the plant, clean; the streams of the test and of the tuning have no start in common.
+/// Simulates runs of the plant without noise. The random streams of the test and of the tuning share no start.
 Dataset attractor_runs(const Experiment& experiment, SeedStream stream, Eigen::Index count) {
   SimulationConfig fine = experiment.simulation;
   const double period_s = fine.sample_period_s;
@@ -51,7 +51,7 @@ Dataset attractor_runs(const Experiment& experiment, SeedStream stream, Eigen::I
   return runs;
 }
 
-/// Runs on which filters are tuned and the ridge is fitted.
+/// Returns the runs on which filters are tuned and the ridge regression is fitted.
 ComparedRuns tuning_runs(const Experiment& experiment, const NoiseConfig& noise, int count) {
   const auto plant = make_plant(*experiment.plant);
   ComparedRuns runs{attractor_runs(experiment, SeedStream::kTraining, count),
@@ -123,7 +123,7 @@ class LorenzExam {
     return decibels(evaluate("", factory, fresh_, noise_, kFreshSeed, bench_.threads));
   }
 
-  /// Decibels of the mean over runs, samples and components.
+  /// Returns the mean over runs, samples and components in decibels.
   double decibels(const Evaluation& evaluation) const {
     const double norm = evaluation.metrics.norm;
     return 10.0 * std::log10(norm * norm / static_cast<double>(evaluation.states.size()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The program `nlo-reproduce`, which `nlo reproduce` becomes: the paper's tables and figures beside ours.
+// The program `nlo-reproduce`, which `nlo reproduce` starts: compares the paper's tables and figures with ours.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -23,8 +23,8 @@ namespace {
 struct ReproduceArguments {
   std::string what, directory = "reproduction", data;
   bool quick = false;
-  int seeds = 0;    ///< 0: 3, or 1 when quick
-  int threads = 0;  ///< 0: all cores; does not change a result
+  int seeds = 0;    ///< 0: 3, or 1 with --quick
+  int threads = 0;  ///< 0: all cores; does not affect a result
 };
 
 void run_reproduce(const ReproduceArguments& arguments) {
@@ -37,7 +37,7 @@ void run_reproduce(const ReproduceArguments& arguments) {
   if (request.quick) request.size = reproduction::kQuickSize;
   request.seeds = arguments.seeds > 0 ? arguments.seeds : (request.quick ? 1 : 3);
   request.stop = &stop_on_interrupt();
-  (void)reproduction::select_items(request.what);  // an unknown name is wrong usage, not a failed run
+  (void)reproduction::select_items(request.what);  // an unknown name is an error of usage, not a failed run
   const OutputDirectory directory(request.directory);
   run_phase([&] {
     StatusLine line(stderr);
@@ -73,7 +73,7 @@ void add_options(CLI::App& app, ReproduceArguments& arguments) {
       ->type_name("DIR");
   app.add_option("--seeds", arguments.seeds, "trained observers per experiment (3; 1 with --quick)")
       ->check(CLI::Range(1, 100));
-  app.add_option("--threads", arguments.threads, "0: all cores; does not change the result")
+  app.add_option("--threads", arguments.threads, "number of threads; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.set_version_flag("-V,--version", std::string("nlo-reproduce ") + kVersion);

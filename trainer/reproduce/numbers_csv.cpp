@@ -11,7 +11,7 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// A field of text; quoted when it must be.
+/// Returns a text field, with quotes if necessary.
 std::string field(const std::string& text) {
   if (text.find_first_of(",\"\n") == text.npos) return text;
   std::string quoted = "\"";

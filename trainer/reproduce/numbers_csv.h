@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers and curves as CSV: one heading row, shortest round-trip numbers.
+// Writes numbers and curves as CSV: one heading row, and the shortest numbers that read back to the same value.
 #pragma once
 
 #include <Eigen/Core>

@@ -21,7 +21,7 @@ struct Request {
   Size size;
   bool quick = false;  ///< say on the page that the numbers are for a look only
   int seeds = 3;
-  int threads = 0;  ///< 0: all cores; does not change a result
+  int threads = 0;  ///< 0: all cores; does not affect a result
   const std::atomic<bool>* stop = nullptr;
 };
 

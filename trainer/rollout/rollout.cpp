@@ -12,24 +12,25 @@
 namespace nlo::trainer {
 namespace {
 
-/// Numbers for eight lanes. Both kinds come in pairs; of a pair nothing is left over for the other kind.
+/// Random numbers for eight lanes. Uniform and normal numbers are drawn in pairs; the rest of a pair is only used for
+/// its own kind.
 class LaneNumbers final : public NoiseNumbers<LaneValue> {
  public:
   explicit LaneNumbers(std::uint64_t stream) : random_(stream) {}
 
   LaneValue uniform() override { return next(Pair::kUniform); }
   LaneValue normal() override { return next(Pair::kNormal); }
-  /// The first one last. Figures of trained models depend on this order.
+  /// Fills from the last to the first. The figures of trained models depend on this order.
   void normals(std::span<LaneValue> all) override {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
   }
-  /// Draws all numbers of that kind, one after the other.
+  /// Draws all numbers of that kind, one after another.
   void draw_series(const NoiseRow& kind, int shape, std::span<LaneValue> all) {
-    if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // the common one, and a third of the time
+    if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // most frequent, a third of the time
     for (LaneValue& each : all) each = kind.draw_lanes(*this, shape);
   }
-  /// In [0, 1).
+  /// Returns numbers in [0, 1).
   const float* uniform01() {
     random_.uniform(uniform_);
     return uniform_;
@@ -77,7 +78,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
 };
 static_assert(kGroup == kNoiseLanes);
 
-/// v = bias, and an outlier in its share of the lanes.
+/// Sets v to the bias, plus an outlier in its share of the lanes.
 void add_outliers(const SensorNoise& own, const float* outlier, LaneNumbers& random, const float* bias, float* v) {
   std::copy_n(bias, kGroup, v);
   float draw[kGroup];
@@ -87,7 +88,7 @@ void add_outliers(const SensorNoise& own, const float* outlier, LaneNumbers& ran
     if (draw[l] < static_cast<float>(own.outlier_share)) v[l] += outlier[l] * (2.0F * u[l] - 1.0F);
 }
 
-/// Noise on an angle that is given by its sine and cosine turns the two.
+/// Adds noise to an angle that is given by its sine and cosine.
 void turn(float& sine, float& cosine, float angle) {
   const float s = std::sin(angle), c = std::cos(angle), before = sine;
   sine = before * c + cosine * s;
@@ -139,7 +140,7 @@ void Rollout::run_in_pieces(const std::vector<Segment>& segments, LatentDynamics
     }
     SegmentGroup piece;
     piece.lanes = group.lanes;
-    // A piece begins with the last sample of the piece before it, which has its z.
+    // A piece begins with the last sample of the previous piece, whose z is known.
     for (int first = 0; first == 0 || first + 1 < group.length; first += length - 1) {
       std::vector<float> last;
       for (int row = 0; first > 0 && row < dynamics.rows(); ++row)
@@ -190,7 +191,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     runs[l] = &data_->runs[static_cast<std::size_t>(segment.run)];
     level[l] = segment.noise_level;
-    last[l] = segment.length - 1;  // past its end a segment repeats its last sample
+    last[l] = segment.length - 1;  // beyond its end a segment repeats its last sample
     start[l] = segment.start;
   }
   const int all_last = *std::min_element(last, last + kGroup);
@@ -221,7 +222,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   if (!data_->failures.none()) fill_missing(index);
 }
 
-/// Clamps as in flight (measurement.h).
+/// Clamps readings as in flight (measurement.h).
 void Rollout::clamp(SegmentGroup& group) const {
   for (int row = 0; row < data_->given(); ++row) {
     const float low = limits_.low[static_cast<std::size_t>(row)], high = limits_.high[static_cast<std::size_t>(row)];
@@ -231,7 +232,7 @@ void Rollout::clamp(SegmentGroup& group) const {
   }
 }
 
-/// Marks the outputs that the runs have not measured. Outages of noise and of sensors that may fail come on top. The
+/// Marks the outputs that the runs have not measured, in addition to outages of noise and of sensors that may fail. The
 /// first sample of a segment counts as measured, because flight begins with a measurement of each output.
 void Rollout::mark_held(int index) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
@@ -247,7 +248,7 @@ void Rollout::mark_held(int index) {
   }
 }
 
-/// Outages of a segment: not a number where a sensor that may fail is missing.
+/// Adds the outages of a segment: NaN while a sensor that may fail is missing.
 void Rollout::lose_failing(int index) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const std::vector<int>& failing = data_->failures.outputs;
@@ -284,8 +285,8 @@ Rollout::LastArrival Rollout::last_arrival(const Segment& segment, std::size_t f
   return {0.0F, most + 1};  // it has never arrived
 }
 
-/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises. A slow one holds its
-/// last value until it is late.
+/// Replaces missing outputs as in nlo/sensor_failures.h: a missing output decays to its mean, and its staleness rises.
+/// A slow output holds its last value until it is late.
 void Rollout::fill_missing(int index) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const codegen::SensorFailures& failures = data_->failures;
@@ -321,7 +322,7 @@ void Rollout::fill_missing(int index) {
   }
 }
 
-/// `level`: of each lane, times the configured noise.
+/// `level`: factor of the configured noise in each lane.
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
                         const float* level, std::uint64_t stream) const {
   LaneNumbers random(stream);
@@ -341,7 +342,7 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       for (int l = 0; l < kGroup; ++l) bias[l] = level[l] * static_cast<float>(own.bias) * unit * (2.0F * u[l] - 1.0F);
     }
     if (own.common_bias > 0.0) {
-      float common[kGroup];  // the same for each sensor, of a stream of its own, so that no noise changes
+      float common[kGroup];  // the same for each sensor, from a separate stream, so that other noise does not change
       RandomLanes(stream ^ 0x636f6d6d6f6eULL).uniform(common);
       for (int l = 0; l < kGroup; ++l)
         bias[l] += level[l] * static_cast<float>(own.common_bias) * unit * (2.0F * common[l] - 1.0F);
@@ -350,7 +351,7 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     std::array<LaneValue, 128> series;
-    // The numbers of outliers are drawn in turn with the noise's.
+    // The numbers of outliers and of the noise are drawn alternately.
     const int together = own.outlier_share > 0.0 ? 1 : static_cast<int>(series.size());
     // v(i) is added to sample t + i.
     using Lanes = simd::Pack<float, kGroup>;

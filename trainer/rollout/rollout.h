@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Segments of recorded trajectories, disturbed by noise and run through the latent system, for a training step, a
-// validation and the normalisation all start from.
+// Segments of recorded trajectories, disturbed by noise and run through the latent system. A training step, a
+// validation and the normalisation start from them.
 #pragma once
 
 #include <cstdint>
@@ -19,18 +19,19 @@ class Rollout {
  public:
   explicit Rollout(const TrainingData& data) : data_(&data) {}
 
-  /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
-  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each; of several noises each
-  /// group takes the next. `input_noise` is of the inputs that are read.
+  /// Gathers the segments in groups of eight, adds noise (streams: seed, purpose, step, group) and runs the prepared
+  /// dynamics over them. `noise` has one entry for all sensors of the data, or one for each. If there are several
+  /// noises, the groups alternate between them. `input_noise`: noise of the inputs that are read.
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
            std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
            const NoiseConfig& input_noise = {});
 
-  /// A piece of a group: visit(group's index, time of the piece's first sample in the segments, piece).
+  /// Visits a piece of a group: visit(index of the group, time of the piece's first sample in the segments, piece).
   using VisitPiece = std::function<void(int index, int first, const SegmentGroup& piece)>;
 
-  /// Computes the same as run(), but keeps no group: visits each group in pieces, in the order of time. A thread visits
-  /// one group at a time. `length`: most samples of a piece. Dynamics that cannot continue have one piece per group.
+  /// Computes the same as run() but stores no group: visits each group in pieces, in the order of time. A thread visits
+  /// one group at a time. `length`: largest number of samples in a piece. Dynamics that cannot continue have one piece
+  /// per group.
   void run_in_pieces(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
                      std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
                      const NoiseConfig& input_noise, int length, const VisitPiece& visit);
@@ -42,12 +43,12 @@ class Rollout {
     return segments_[static_cast<std::size_t>(group * kGroup + lane)];
   }
   const TrainingData& data() const { return *data_; }
-  /// The true state at sample `time` of the segment.
+  /// Returns the true state at sample `time` of the segment.
   float state(const Segment& segment, std::size_t row, int time) const {
     const float recorded = recorded_states(segment, row)[time];
     return segment.mirrored ? data_->mirror.of_state(row) * recorded : recorded;
   }
-  /// The true state from the segment's start on; null for a mirrored segment.
+  /// Returns the true state from the start of the segment on; null for a mirrored segment.
   const float* recorded(const Segment& segment, std::size_t row) const {
     return segment.mirrored ? nullptr : recorded_states(segment, row);
   }
@@ -76,7 +77,7 @@ class Rollout {
 
   void add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise, const float* level,
                  std::uint64_t stream) const;
-  /// Noise of the sensor at place `sensor` of the outputs, or of the input that is reading `row`.
+  /// Returns the noise of sensor `sensor` of the outputs, or of the input that is reading `row`.
   const SensorNoise& noise_of(const NoiseConfig& noise, const NoiseConfig& input_noise, int row,
                               std::size_t sensor) const {
     return row < data_->ny ? noise.of(sensor) : input_noise.of(static_cast<std::size_t>(row - data_->ny));

@@ -15,7 +15,7 @@ struct Place {
   float weight;
 };
 
-/// All samples at which an estimate is asked for and its truth counts, segment by segment.
+/// Returns all samples at which an estimate is required and the truth counts, segment by segment.
 std::vector<Place> places_of(const Rollout& rollout) {
   std::vector<Place> places;
   for (std::size_t g = 0; g < rollout.groups().size(); ++g)
@@ -39,7 +39,7 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, I
   SampledTruth samples{MatrixXd(model.nz(), size), MatrixXd(model.nr(), size), MatrixXd(model.nx(), size),
                        Eigen::VectorXd(size), std::vector<int>(static_cast<std::size_t>(size))};
   for (Index k = 0; k < size; ++k) {
-    // A step that is no whole number meets every phase of a run, for any common length of the runs.
+    // The fractional step varies the position within a run, for any common length of the runs.
     const Place& place = all[static_cast<std::size_t>(k * total / size)];
     const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(place.group)];
     const auto at = [&](const std::vector<float>& signal, Index row) {

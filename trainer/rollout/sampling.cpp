@@ -31,8 +31,8 @@ class Indices {
   int next_ = RandomLanes::kLanes;
 };
 
-/// Each sensor that may fail is missing in a share `dropout` of the segments: half of these throughout,
-/// half for a while.
+/// Makes each sensor that may fail missing in a share `dropout` of the segments: in half of these throughout, in the
+/// other half for some time.
 void add_outages(const Experiment& experiment, const TrainingData& data, long step, std::vector<Segment>& segments) {
   const std::size_t sensors = data.failures.outputs.size();
   if (sensors == 0 || experiment.training.dropout == 0.0) return;
@@ -49,7 +49,8 @@ void add_outages(const Experiment& experiment, const TrainingData& data, long st
   }
 }
 
-/// Segments may begin short: a long roll-out teaches little before the observer follows a short one.
+/// Returns the length of a segment. Segments may begin short, because a long roll-out teaches little before the
+/// observer follows a short one.
 double segment_length_s(const TrainingConfig& training, long step) {
   if (training.first_segment_s == 0.0 || step < 0) return training.segment_s;
   const double part = std::min(1.0, 2.0 * static_cast<double>(step) / static_cast<double>(training.steps));
@@ -81,7 +82,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
       const bool both = of_logs > 0 && of_others > 0;
       const bool simulated = both ? random.unit() < static_cast<float>(data.simulated_share) : of_logs == 0;
       if (simulated) segment.run = static_cast<int>(data.logged);
-      // Runs weigh by their length, so that every sample is as likely.
+      // Runs are drawn in proportion to their length, so that every sample is equally likely.
       int at = random.below(simulated ? of_others : of_logs);
       while (at >= data.runs[static_cast<std::size_t>(segment.run)].samples) {
         at -= data.runs[static_cast<std::size_t>(segment.run++)].samples;
@@ -111,7 +112,7 @@ std::vector<Segment> flight_segments(const Experiment& experiment, const Trainin
   }
   for (Segment& run : runs_with_failures(data, experiment.training.dropout)) segments.push_back(std::move(run));
   if (experiment.training.mode == TrainingMode::kFullBatch) return segments;
-  constexpr long kNoStep = -1;  // a draw that no step of the training makes
+  constexpr long kNoStep = -1;  // a number that no training step has
   for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
   return segments;
 }
@@ -125,7 +126,7 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
   pool.run(static_cast<int>(sets.size()), [&](int g, int /*thread*/) {
     SampleSet& samples = sets[static_cast<std::size_t>(g)];
     const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(g)];
-    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // how often each is drawn
+    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // number of draws of each sample
     if (!all) {
       Indices random(stream_seed(experiment.seed, Purpose::kTicks, static_cast<std::uint64_t>(step),
                                  static_cast<std::uint64_t>(g)));
@@ -135,9 +136,9 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
       for (int i = 0; i < drawn; ++i)
         ++ticks[static_cast<std::size_t>(random.below(i < early ? early_ticks : group.length))];
     }
-    // A tick means the same share of each lane's own length: runs are drawn by their lengths, so every sample is as
-    // likely.
-    std::array<int, kGroup> latest{};  // 1 + index of a lane's latest sample: ticks that meet there add up
+    // A tick is the same fraction of each lane's own length. Runs are drawn in proportion to their length, so every
+    // sample is equally likely.
+    std::array<int, kGroup> latest{};  // 1 + index of a lane's latest sample: ticks at the same sample add up
     std::array<const float*, kGroup> weights{};
     for (int l = 0; l < group.lanes; ++l) {
       const Segment& segment = rollout.segment(g, l);
@@ -154,7 +155,7 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
       for (int l = 0; l < group.lanes; ++l) {
         const int length = rollout.segment(g, l).length;
         if (all && t >= length) continue;
-        // Most are of the group's length, and a division costs more than all else here.
+        // Most segments have the length of the group, and a division would be the most expensive operation here.
         const int at =
             all || length == group.length ? t : static_cast<int>(static_cast<long>(t) * length / group.length);
         const float weight =

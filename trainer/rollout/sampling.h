@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which parts of the trajectories a training step sees: segments to roll out, and the samples of them at which the
+// Chooses the parts of the trajectories that a training step uses: segments to roll out, and their samples at which the
 // estimate is compared with the truth.
 #pragma once
 
@@ -10,15 +10,15 @@
 
 namespace nlo::trainer {
 
-/// Returns true if every segment of the training begins where its run does, at full length.
+/// Returns true if every segment of the training begins at the start of its run, at full length.
 bool trains_whole_runs(const TrainingConfig& training);
 
 /// Draws the segments of a step: whole runs (full_batch) or random segments, mirrored at random and with a noise level
 /// as configured.
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step);
 
-/// The segments that scales and the domain come from: every run from its first sample, its mirror image, and a draw of
-/// the segments that training starts anywhere else.
+/// Returns the segments from which scales and the domain are computed: every run from its first sample, its mirror
+/// image, and a draw of the segments that training starts elsewhere.
 std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data);
 
 /// Samples of one group, in the order of time; a sample that was drawn twice counts twice.
@@ -28,7 +28,7 @@ struct SampleSet {
   double total_weight = 0.0;
 };
 
-/// A step's own draw for each group of a rollout, or `all` samples. Masked ones are left out.
+/// Returns the samples of a step for each group of a rollout, or `all` samples. Masked samples are left out.
 std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout& rollout, long step, bool all,
                                     ThreadPool& pool);
 

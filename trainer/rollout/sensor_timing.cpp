@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// When sensors measure, on the readings of a group of segments: they show values of some time ago, or of other instants
-// than the observer is told, before noise is added; and then they lose samples. Streams of their own,
-// so that no noise changes.
+// Timing of sensors, applied to the readings of a group of segments: delays, jitter, and then lost samples, before
+// noise is added. It has its own random streams, so that other noise does not change.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +19,7 @@ Timing stream_of(OutageKind kind) {
   return kStreams[static_cast<std::size_t>(kind)];
 }
 
-/// The stream of a sensor (of kClock: of all).
+/// Returns the stream of a sensor (for kClock: of all sensors).
 RandomLanes timing_lanes(std::uint64_t stream, Timing what, std::size_t sensor) {
   std::uint64_t state = stream ^ 0x74696d65ULL;
   for (const std::uint64_t part : {static_cast<std::uint64_t>(what), static_cast<std::uint64_t>(sensor)})
@@ -28,7 +27,7 @@ RandomLanes timing_lanes(std::uint64_t stream, Timing what, std::size_t sensor) 
   return RandomLanes(splitmix64(state));
 }
 
-/// One number in [0, 1) for each sample and lane.
+/// Returns one number in [0, 1) for each sample and lane.
 std::vector<float> draws_of(RandomLanes random, const SegmentGroup& group) {
   std::vector<float> draws(group.at(1, 0));
   for (int t = 0; t < group.length; ++t) random.uniform(draws.data() + group.at(0, t));
@@ -56,7 +55,7 @@ void Rollout::shift_row(int index, int row, const SensorNoise& own, const float*
   }
 }
 
-/// Holds samples that do not arrive, as in flight. A missing output that may fail is NaN, which fill_missing()
+/// Holds samples that do not arrive, as in flight. A missing output that may fail becomes NaN, which fill_missing()
 /// replaces.
 ///   dead  value of the row for a dead sensor
 void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& rate, const std::vector<float>& draws,
@@ -103,7 +102,7 @@ void Rollout::fail_sensors(int index, const NoiseConfig& noise, const NoiseConfi
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    // kMissing comes last, because a stuck sensor may also fall silent.
+    // kMissing comes last, because a stuck sensor may also stop sending.
     for (const OutageKind kind : {OutageKind::kStuck, OutageKind::kDead, OutageKind::kMissing}) {
       const OutageRate& rate = own.outage(kind);
       if (rate.share == 0.0) continue;

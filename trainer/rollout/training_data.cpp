@@ -15,8 +15,8 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Numbers the distinct steps. A grain of 1/16384 of the period misplaces y by at most 1/32768 of its change in a
-/// sample, below any sensor's resolution; and the errors do not add up, since the latent system forgets.
+/// Numbers the distinct steps. Rounding to 1/16384 of the period changes y by at most 1/32768 of its change in a
+/// sample, which is below the resolution of any sensor. The errors do not add up, because the latent system forgets.
 class DistinctSteps {
  public:
   DistinctSteps(double period_s, std::vector<double>& steps_s) : grain_s_(period_s / 16384.0), steps_s_(steps_s) {}
@@ -34,12 +34,12 @@ class DistinctSteps {
   std::unordered_map<long long, int> index_;
 };
 
-/// Least and largest of a reading over all runs.
+/// Returns the smallest and the largest value of a reading over all runs.
 std::pair<float, float> range_of(const std::vector<TrainingData::Run>& runs, int row) {
   float low = kInfinity, high = -kInfinity;
   for (const TrainingData::Run& run : runs) {
     const float* y = run.readings.data() + static_cast<std::ptrdiff_t>(row) * run.samples;
-    for (int k = 0; k < run.samples; ++k) {  // one that is missing is no number, and compares with none
+    for (int k = 0; k < run.samples; ++k) {  // a missing value is NaN, and all its comparisons are false
       if (y[k] < low) low = y[k];
       if (y[k] > high) high = y[k];
     }
@@ -85,7 +85,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     if (trajectory.missing.size() != 0 && trajectory.missing.any())
       for (int j = 0; j < ny; ++j)
         for (int k = 0; k < run.samples; ++k) run.held.push_back(trajectory.missing(j, k) ? 1 : 0);
-    if (trajectory.missing.size() != 0)  // one that may fail is missing as in an outage; others hold their last value
+    if (trajectory.missing.size() != 0)  // NaN for an output that may fail; others hold their last value
       for (const int row : failures.outputs)
         for (int k = 0; k < run.samples; ++k)
           if (trajectory.missing(row, k))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A dataset as training reads it, and the segments of its runs.
+// A dataset in the form for training, and the segments of its runs.
 #pragma once
 
 #include <cstddef>
@@ -11,44 +11,45 @@
 
 namespace nlo::trainer {
 
-/// A dataset as training reads it: float32, one row per channel, each distinct step between samples once.
+/// A dataset in the form for training: float32, one row per channel, each distinct step between samples once.
 struct TrainingData {
-  /// Points of a box with f and h there, row by row: where the PDE residual (5) is asked for beyond the data.
+  /// Points of a box with their f and h, row by row, at which the PDE residual (5) is required in addition to the data.
   struct Points {
     int count = 0;
     std::vector<float> x, f, h;
   };
   struct Run {
     int samples = 0;
-    int first_estimate = 0;          ///< see Trajectory
-    std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
+    int first_estimate = 0;    ///< see Trajectory
+    std::vector<int> step_of;  ///< for each sample the index in steps_s of the next step; empty if sampling is uniform
     std::vector<float> readings;     ///< n_r x samples: outputs, then the inputs that the observer reads
-    std::vector<std::uint8_t> held;  ///< n_y x samples: 1 where an output was not measured; empty: all were
+    std::vector<std::uint8_t> held;  ///< n_y x samples: 1 if an output was not measured; empty: all were measured
     std::vector<float> states;       ///< n_x x samples
     std::vector<float> weight;       ///< samples
-    std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
+    std::vector<float> derivatives;  ///< n_x x samples, f(x); only for the PDE residual
   };
   struct Sensor {
     std::size_t index = 0;
-    int row = 0, rows = 1;  ///< row of the readings; an angle as sine and cosine is one sensor of two rows
+    int row = 0, rows = 1;  ///< row in the readings; an angle as sine and cosine is one sensor with two rows
     double wrap = 0.0;      ///< full turn of such an angle
   };
   std::vector<Run> runs;
-  std::size_t logged = 0;  ///< runs of logs; those behind them are simulated, `simulated_share` of a step's segments
+  std::size_t logged = 0;  ///< number of runs from logs; the following runs are simulated and get `simulated_share` of
+                           ///< a step's segments
   double simulated_share = 0.0;
   Points collocation;
-  std::vector<Sensor> sensors;  ///< sensors of outputs, then of inputs; computed outputs have none
-  /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
-  /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
+  std::vector<Sensor> sensors;  ///< sensors of outputs, then of inputs; computed outputs have no sensor
+  /// One entry if sampling is uniform; otherwise the distinct steps, rounded to 1/16384 of a period. Coefficients are
+  /// computed once for each. A log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
   std::vector<double> steps_s;
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0, nr = 0;
-  codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
-  codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
+  codegen::ComputedOutputs computed;  ///< computed outputs, the last of the outputs; computed during the roll-out
+  codegen::SensorFailures failures;   ///< their stalenesses are the last readings; computed during the roll-out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
-  std::vector<int> missed;            ///< samples that each of steps_s has missed, as in flight
-  std::vector<int> not_due;           ///< for each of failures.outputs: samples for which it is not due (fold.h)
+  std::vector<int> missed;            ///< number of missed samples in each of steps_s, as in flight
+  std::vector<int> not_due;  ///< for each of failures.outputs: samples after an arrival in which it is not due (fold.h)
   std::vector<float> reading_low, reading_high;  ///< range of given readings and their mirror images, without noise;
                                                  ///< infinite for angles
   Mirror mirror;
@@ -56,11 +57,12 @@ struct TrainingData {
   explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {});
 
   bool is_computed(int output) const { return !computed.none() && output >= computed.first(); }
-  int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
+  int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< number of readings in the data
 };
 
-/// Limits to which flight and training clamp each given reading. Infinite unless a noise of its sensor has tails; then
-/// its range, widened on either side by the range and by six times the scale of the widest of those noises.
+/// Limits to which flight and training clamp each given reading. They are infinite unless a noise of its sensor has
+/// tails. Then they are its range, widened on either side by the range and by six times the scale of the widest of
+/// those noises.
 struct ReadingLimits {
   std::vector<float> low, high;
   ReadingLimits() = default;
@@ -77,19 +79,20 @@ struct Segment {
   int start = 0;
   int length = 0;
   bool mirrored = false;             ///< its readings and states are those of the mirror image (TrainingData::mirror)
-  float noise_level = 1.0F;          ///< times the configured noise
-  std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
+  float noise_level = 1.0F;          ///< factor of the configured noise
+  std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: no outage
 };
 
-/// A longer run is rolled out in pieces. A group has the length of its longest segment for each of its eight lanes, so
-/// one run of millions of samples alone would need eight times its memory.
+/// Longer runs are rolled out in pieces. A group has the length of its longest segment in each of its eight lanes, so a
+/// single run of millions of samples would need eight times its memory.
 inline constexpr int kLongestWhole = 1 << 18;  ///< samples
 
-/// All runs from their start, at full length. A run longer than kLongestWhole is eight segments of equal length.
+/// Returns all runs from their start, at full length. A run longer than kLongestWhole becomes eight segments of equal
+/// length.
 std::vector<Segment> whole_runs(const TrainingData& data);
 
-/// Whole runs with one sensor missing throughout, for each sensor that may fail. None if `dropout` is 0, because no
-/// step trains that.
+/// Returns whole runs with one sensor missing throughout, for each sensor that may fail. Empty if `dropout` is 0,
+/// because then no step trains such runs.
 std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout);
 
 }  // namespace nlo::trainer

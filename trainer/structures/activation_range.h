@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How large the activations of T* get on the training data, for the scale of relu in integers.
+// The ranges of the activations of T* on the training data, from which relu gets its scale in int16.
 #pragma once
 
 #include "codegen/model/model.h"
@@ -7,8 +7,9 @@
 
 namespace nlo::trainer {
 
-/// Sets model.inverse_map.largest_activations, one number for each hidden layer, over the samples that count (some
-/// 260,000 of them, evenly spread, where there are more). Nothing for tanh, which needs no record, and without T*.
+/// Sets model.inverse_map.largest_activations, one number for each hidden layer, over the samples that count. If there
+/// are more than about 260,000, it uses that many, evenly spread. Does nothing for tanh, which needs no range, or if
+/// there is no T*.
 void record_largest_activations(codegen::Model& model, const Rollout& rollout);
 
 }  // namespace nlo::trainer

@@ -20,7 +20,7 @@ namespace {
 
 using codegen::kAxes;
 
-/// Keys of [observer] that this structure alone has.
+/// Keys of [observer] that only this structure has.
 struct CarriedConfig {
   bool unit_length = false;
 };
@@ -128,7 +128,7 @@ class CarriedStructure final : public TrainableStructure {
                                            !experiment.observer.learn_eigenvalues);
   }
 
-  /// Every component has the eigenvalues and the weights of the others.
+  /// Gives every component the same eigenvalues and weights.
   void constrain(const ObserverStructure& structure, float* parameters) const override {
     const int outputs = structure.outputs(), modes = structure.latent.rows / outputs;
     for (int m = 0; m < modes; ++m) {
@@ -160,7 +160,8 @@ class CarriedStructure final : public TrainableStructure {
     model.structure = std::move(own);
   }
 
-  /// Ranges that a turned sensor has, too: each component has the range of the largest, on both sides of 0.
+  /// Sets ranges that hold for a turned sensor, too: each component gets the range of the largest one, symmetric about
+  /// 0.
   void complete(const ObserverStructure& structure, codegen::Model& model) const override {
     const Eigen::Index modes = structure.latent.rows / structure.outputs();
     const auto widen = [](Eigen::VectorXd& low, Eigen::VectorXd& high, Eigen::Index first, Eigen::Index stride) {
@@ -180,7 +181,7 @@ class CarriedStructure final : public TrainableStructure {
   }
 
  private:
-  /// Fills weights between components of outputs and inputs, row by row: c for the same component, else 0.
+  /// Fills the weights between components of outputs and inputs, row by row: c for the same component, else 0.
   static void same_for_each_component(float* weights, int outputs, int inputs) {
     for (int o = 0; o < outputs; o += kAxes)
       for (int i = 0; i < inputs; i += kAxes) {

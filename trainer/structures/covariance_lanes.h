@@ -41,7 +41,7 @@ class CovarianceUpdate {
   CovarianceUpdate(int nx, int ny)
       : nx_(nx), ny_(ny), taken_(static_cast<std::size_t>(ny), Taken(nx)), to_ph_(static_cast<std::size_t>(nx)) {}
 
-  /// `of`: p before the measurement becomes p behind it, and change is filled.
+  /// Turns p before the measurement into p after it, and fills change.
   void forward(Measured<Scalar>& of) {
     for (int i = 0; i < nx_; ++i) {
       element(of.p, i, i) += of.q[at(i)];
@@ -73,7 +73,8 @@ class CovarianceUpdate {
     }
   }
 
-  /// After forward(of): cotangents of p and change, in `to`, become those of p before it; the others are filled.
+  /// After forward(of): turns the cotangents of p and change in `to` into those of p before the measurement, and fills
+  /// the other cotangents.
   void backward(const Measured<Scalar>& of, Measured<Scalar>& to) {
     std::fill(to.slopes.begin(), to.slopes.end(), L{});
     for (int j = ny_; j-- > 0;) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Driven KKL observer (24)-(25): z' = D z + F y + phi(z) u, x_hat = T*(z), phi(z) = dT/dx(x_hat) g(x_hat). It is
-// trained as the KKL observer of the undriven plant, with T beside T*, and flies both.
+// trained as the KKL observer of the undriven plant, with T beside T*. Both maps are used in flight.
 #include "trainer/config/key_error.h"
 #include "trainer/structures/kkl_family.h"
 #include "trainer/structures/model_networks.h"

@@ -27,9 +27,9 @@ class EquationLanes {
     for (std::vector<L>& to : to_stage_) to.resize(static_cast<std::size_t>(derivative_.size()));
   }
 
-  /// Size of the memory of a step, for its pullback.
+  /// Returns the size of the memory of a step, which its pullback reads.
   int step_size() const { return static_cast<int>(kParts.size()) * derivative_.size(); }
-  /// Size of the memory of an output, for its pullback. It begins with [x; p].
+  /// Returns the size of the memory of an output, which its pullback reads. It begins with [x; p].
   int output_size() const { return output_.size(); }
 
   /// Advances [x; p] by `h` seconds, in place, by one step of RK4.
@@ -52,7 +52,7 @@ class EquationLanes {
     }
   }
 
-  /// The cotangent of [x; p] after a step becomes that of before it, in place.
+  /// Turns the cotangent of [x; p] after a step into that before it, in place.
   void step_back(const L* stages, L h, L* cotangent) {
     std::array<L, codegen::Equations::kMostCarried> after;
     std::copy_n(cotangent, carried_, after.begin());
@@ -70,13 +70,13 @@ class EquationLanes {
     }
   }
 
-  /// Evaluates y and dh/dx from x, which `values` begins with.
+  /// Evaluates y and dh/dx from x, which is at the start of `values`.
   void output(L* values) const { output_.evaluate(values); }
   /// Returns y_j after output().
   L output(const L* values, int j) const { return output_.row(values, j); }
   /// Returns dy_j/dx_i after output().
   L slope(const L* values, int j, int i, int outputs) const { return output_.row(values, outputs + j * states_ + i); }
-  /// Adds to `to_x` (n_x).  to_row(i): cotangent of y, then of its slopes, row by row
+  /// Adds to `to_x` (n_x).  to_row(i): cotangent of y, then those of its slopes, row by row
   template <class ToRow>
   void output_back(const L* values, const ToRow& to_row, L* to_x) {
     output_.pull_back(values, to_row, to_output_.data());

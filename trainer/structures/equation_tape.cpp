@@ -54,7 +54,7 @@ auto EquationTape<Scalar>::applied(const Expression::Node& node, const Operand& 
   return {.number = square ? of.number * of.number : codegen::value_of(node.function, of.number)};
 }
 
-/// Numbers are combined now, and not at every evaluation.
+/// Operations on numbers are computed once here, and not at every evaluation.
 template <class Scalar>
 auto EquationTape<Scalar>::combined(Expression::Kind kind, const Operand& left, const Operand& right) -> Operand {
   const bool by_left = left.slot < 0, by_right = right.slot < 0, both = by_left && by_right;
@@ -146,7 +146,7 @@ void EquationTape<Scalar>::evaluate(L* values) const {
   }
 }
 
-/// Share of the left operand in the slope of a maximum or minimum: 1, 0, or 1/2 where both operands are equal.
+/// Share of the left operand in the slope of a maximum or minimum: 1, 0, or 1/2 if both operands are equal.
 template <class L>
 static L share_of(bool maximum, L left, L right) {
   const L ahead = maximum ? left - right : right - left;

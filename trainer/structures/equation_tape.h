@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Expressions as one list of operations (a tape), over eight trajectories side by side, and their pullback. An
-// operation is read once for eight results, and the pullback reads the values that the evaluation has left.
+// Expressions as one list of operations (a tape), over eight trajectories side by side, and their pullback. Each
+// operation is read once for eight results. The pullback reads the values that the evaluation has stored.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,12 @@ class EquationTape {
   using L = Lanes<Scalar>;
 
   EquationTape() = default;
-  /// The expressions read `variables` numbers, then as many constants as there are, then their shared parts.
+  /// The expressions read `variables` numbers, then the constants, then their shared parts.
   EquationTape(const codegen::SharedExpressions& expressions, int variables, const std::vector<double>& constants);
 
   /// Size of the memory of an evaluation: the variables, then the results of the operations.
   int size() const { return variables_ + static_cast<int>(operations_.size()); }
-  /// Fills `values` behind the variables.
+  /// Fills `values` after the variables.
   void evaluate(L* values) const;
   /// Returns the value of an expression after evaluate().
   L row(const L* values, int row) const {
@@ -30,7 +30,7 @@ class EquationTape {
     return of.slot < 0 ? in_lanes<L>(of.number) : values[of.slot];
   }
   /// Propagates the cotangents of the expressions to the variables.
-  ///   values   as evaluate() left them
+  ///   values   result of evaluate()
   ///   to_row   to_row(i) is the cotangent of expression i
   ///   to       size() numbers; the first are filled with the cotangents of the variables
   template <class ToRow>
@@ -55,8 +55,8 @@ class EquationTape {
     kReflected,  ///< number - left
     kScaled,     ///< left * number
     kInverse,    ///< number / left
-    kLimited,    ///< the lesser of left and number
-    kRaised,     ///< the greater of left and number
+    kLimited,    ///< the smaller of left and number
+    kRaised,     ///< the larger of left and number
   };
   struct Operation {
     Kind kind;
@@ -64,7 +64,7 @@ class EquationTape {
     int left, right;
     Scalar number;
   };
-  /// The value in a slot, or a number where slot is -1.
+  /// The value in a slot, or a number if slot is -1.
   struct Operand {
     int slot = -1;
     double number = 0.0;

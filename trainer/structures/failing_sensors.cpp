@@ -60,14 +60,14 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
     if (!channels.output_channels[output].expression.empty())
       fail(fmt::format("names \"{}\", which is computed; name what it is computed of", names[i]));
     if (channels.output_channels[output].wrap > 0.0)
-      fail(fmt::format("names the angle \"{}\", and what wraps has no place to fade to; leave it out", names[i]));
+      fail(fmt::format("names the angle \"{}\", which has no mean to fade to; leave it out", names[i]));
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
   if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
       experiment.training.dropout > 0.0)
     fail(
-        "names every output, and nothing is left to observe by; leave one out, or say that samples are lost but now "
+        "names every output, so that no measurement is left; leave one out, or say that samples are lost but now "
         "and "
         "then: [training] dropout = 0 and a noise with +missing");
 }

@@ -16,9 +16,9 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXi;
 using Eigen::VectorXd;
 
-constexpr Index kSamples = 12000;  // the error of an export is stated over 10,000 in the domain
+constexpr Index kSamples = 12000;  // an export measures its error over 10,000 samples in the domain
 
-/// A segment of the rollout, its place there, and the samples to record of it.
+/// A segment of the rollout, the place of its samples there, and the samples of it to record.
 struct Piece {
   int group, lane;
   Segment segment;
@@ -29,7 +29,7 @@ struct Place {
   int group, lane;
 };
 
-/// Eight time constants of the slowest mode: the transient is over for most of a piece.
+/// Returns eight time constants of the slowest mode, so that the transient is over for most of a piece.
 int piece_length(const codegen::Model& model) {
   constexpr double kShortest = 500.0, kLongest = 3000.0, kTimeConstants = 8.0;
   const std::optional<double> rate = codegen::module_of(model).slowest_mode(model);
@@ -39,8 +39,8 @@ int piece_length(const codegen::Model& model) {
 
 std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   std::vector<Place> places;
-  Index possible = 0, total = 0;  // with one piece of each segment; with all of it
-  const auto runs = static_cast<int>(whole_runs(rollout.data()).size());  // the runs themselves come first, whole
+  Index possible = 0, total = 0;  // with one piece of each segment; with all of each segment
+  const auto runs = static_cast<int>(whole_runs(rollout.data()).size());  // the whole runs are the first segments
   for (std::size_t g = 0; g < rollout.groups().size(); ++g)
     for (int l = 0; l < rollout.groups()[g].lanes && static_cast<int>(g) * kGroup + l < runs; ++l) {
       places.push_back({static_cast<int>(g), l});
@@ -58,14 +58,16 @@ std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   }
   const auto all = static_cast<Index>(places.size());
   const Index visited = std::clamp<Index>((kSamples * all + possible - 1) / possible, 1, all);
-  const int each = static_cast<int>((kSamples + possible - 1) / possible);  // pieces, where one of each is not enough
+  // Pieces of each segment, if one is not enough.
+  const int each = static_cast<int>((kSamples + possible - 1) / possible);
   for (Index i = 0; i < visited; ++i) {
     const Place& place = places[static_cast<std::size_t>(i * all / visited)];
     const Segment& segment = rollout.segment(place.group, place.lane);
     const int length = std::min(segment.length, longest);
     const int count = visited < all ? 1 : std::clamp(segment.length / std::max(length, 1), 1, each);
     for (int k = 0; k < count; ++k) {
-      // Several are spread from the start of a run to its end; single ones start first at the start, then anywhere.
+      // Several pieces of a run are spread from its start to its end. If each run has one, every other piece begins at
+      // the start.
       constexpr double kGolden = 0.618033988749895;
       const double at = count > 1    ? static_cast<double>(k) / (count - 1)
                         : i % 2 == 0 ? 0.0
@@ -77,7 +79,7 @@ std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   return pieces;
 }
 
-/// n_r x N, with noise; angles less whole turns.
+/// Returns n_r x N readings with noise; whole turns of angles are removed.
 MatrixXd readings_of(const Piece& piece, const Rollout& rollout, const std::vector<codegen::Channel>& channels) {
   const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(piece.group)];
   MatrixXd readings(static_cast<Index>(channels.size()), piece.length);
@@ -92,14 +94,15 @@ MatrixXd readings_of(const Piece& piece, const Rollout& rollout, const std::vect
   return readings;
 }
 
-/// n_u x N, inputs that are not read: zero where the observer of a driven plant learns from runs that nothing excites.
+/// Returns n_u x N inputs that the observer does not read. They are zero for a driven plant that is trained on runs
+/// without inputs.
 MatrixXd inputs_of(const Piece& piece, const Dataset& dataset, Index channels) {
   const Trajectory& run = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)];
   if (run.inputs.rows() != channels) return MatrixXd::Zero(channels, piece.length);
   return run.inputs.middleCols(piece.segment.start + piece.first, piece.length);
 }
 
-/// n x 2: smallest and largest of each channel over all pieces.
+/// Returns the smallest and the largest value of each channel over all pieces, n x 2.
 MatrixXd range_of(const std::vector<MatrixXd>& signals) {
   MatrixXd range(signals.front().rows(), 2);
   range << signals.front().rowwise().minCoeff(), signals.front().rowwise().maxCoeff();

@@ -7,9 +7,10 @@
 
 namespace nlo::trainer {
 
-/// Sets model.flight: some 12,000 samples of the training data in pieces that are spread over all runs, half of them
-/// from a run's first sample on, outputs with the noise of `rollout`, as the observer met them. Pieces are long against
-/// the slowest mode of the model's latent system. Short data are recorded whole. Some 20 KB a channel.
+/// Sets model.flight: about 12,000 samples of the training data, in pieces that are spread over all runs. Half of the
+/// pieces begin at the first sample of a run. Outputs have the noise of `rollout`, as the observer got them. A piece is
+/// long compared with the slowest mode of the model's latent system. Short data is recorded whole. Each channel takes
+/// about 20 KB.
 void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout& rollout);
 
 }  // namespace nlo::trainer

@@ -9,8 +9,8 @@
 
 namespace nlo::trainer {
 
-/// Calls visit(segment, group, lane, time) for every sample of a rollout at which an estimate is asked for, from the
-/// first of each segment on, whether its truth is masked or not.
+/// Calls visit(segment, group, lane, time) for every sample of a rollout that has an estimate, from the first of each
+/// segment on, also if its truth is masked.
 template <class Visit>
 void for_each_sample(const Rollout& rollout, const Visit& visit) {
   for (std::size_t g = 0; g < rollout.groups().size(); ++g) {
@@ -23,7 +23,7 @@ void for_each_sample(const Rollout& rollout, const Visit& visit) {
   }
 }
 
-/// A feature of T* there, without mean, scale and clock.
+/// Returns a feature of T* at a sample, without its mean, scale and clock.
 inline float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
   const auto l = static_cast<std::size_t>(lane);
   const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, time) + l : nullptr;
@@ -31,14 +31,14 @@ inline float feature_value(const Feature& feature, const SegmentGroup& group, in
   return FeatureFormula<float>(feature).raw(z, y);
 }
 
-/// The same as T* reads it.
+/// Returns the normalised feature that T* reads.
 inline float normalised_feature(const Feature& feature, const SegmentGroup& group, int lane, int time) {
   const float u = (feature_value(feature, group, lane, time) - feature.mean) / feature.scale;
   if (feature.clock < 0) return u;
   return u * group.latent[group.at(feature.clock, time) + static_cast<std::size_t>(lane)];
 }
 
-/// How much the truth counts there; 0: masked.
+/// Returns the weight of the truth at a sample; 0: masked.
 inline float weight(const Rollout& rollout, const Segment& segment, int time) {
   return rollout.data()
       .runs[static_cast<std::size_t>(segment.run)]

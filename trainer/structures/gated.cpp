@@ -19,12 +19,12 @@
 namespace nlo::trainer {
 namespace {
 
-/// Keys of [observer] that a gated observer alone has.
+/// Keys of [observer] that only a gated observer has.
 struct GatedConfig {
   double contraction = 0.0;  ///< > 0: limit of the units' coupling (codegen/model/contraction.h), below 1
 };
 
-/// The unit of rates: a sample period [s].
+/// The sample period [s], which is the unit of the rates.
 struct GatedPeriod {
   double s = 0.0;
 };
@@ -52,7 +52,7 @@ class Gated final : public TrainableStructure {
     check_failing_sensors(experiment, channels);
   }
 
-  /// As van_der_pol_gated is trained; rates are left to the sample period.
+  /// Uses the settings of van_der_pol_gated; the rates are derived from the sample period.
   bool adopt(Experiment& experiment, double) const override {
     experiment.observer = plain_observer_of(name(), experiment.observer);
     experiment.inverse_map.hidden = {32};
@@ -106,7 +106,8 @@ class Gated final : public TrainableStructure {
     return parameters;
   }
 
-  /// Scales the weights of a unit's rate and target on z until the coupling of its row is within its limit.
+  /// For each unit, reduces the weights of its rate and its target on z until the coupling of its row is within its
+  /// limit.
   void constrain(const ObserverStructure& structure, float* parameters) const override {
     const double limit = structure.own.get<CouplingLimit>().value;
     if (limit == 0.0) return;
@@ -153,7 +154,7 @@ class Gated final : public TrainableStructure {
                                      .inverse_map = inverse_map_of(structure, parameters, model.nr())};
   }
 
-  /// The proof, of the weights as they will stand in the file.
+  /// Adds the proof of contraction for the weights that the file will have.
   void complete(const ObserverStructure& structure, codegen::Model& model) const override {
     if (structure.own.get<CouplingLimit>().value == 0.0) return;
     auto& gated = std::get<codegen::Gated>(model.structure);

@@ -27,7 +27,7 @@ AlignedVector<Scalar> rows(int count, std::size_t stride) {
   return AlignedVector<Scalar>(static_cast<std::size_t>(count) * stride, Scalar(0));
 }
 
-/// W by columns, `stride` apart.
+/// Writes W column by column, `stride` apart.
 template <class Math, class Scalar>
 void product(const Scalar* w, int stride, int row_count, int columns, const Scalar* bias, const Scalar* in,
              Scalar* out) {
@@ -37,7 +37,7 @@ void product(const Scalar* w, int stride, int row_count, int columns, const Scal
                            });
 }
 
-/// Calls each(at, register) for [0, size): by whole registers, and the rest by registers of eight scalars.
+/// Calls each(at, register) for [0, size), with whole registers first, then with registers of eight scalars.
 template <class Scalar, class Each>
 void by_registers(std::size_t size, const Each& each) {
   constexpr int kWide = simd::kLanes<Scalar>, kNarrow = std::min(kWide, kGroup);
@@ -85,7 +85,7 @@ void GatedUnits<Scalar>::prepare(const Scalar* theta) {
     for (int o = 0; o < 3 * units_; ++o) by_columns_[static_cast<std::size_t>(i * 3 * units_ + o)] = weights(o)[i];
 }
 
-/// The readings of a sample, normalised, below z in in_.
+/// Writes the normalised readings of a sample below z in in_.
 template <class Scalar>
 void GatedUnits<Scalar>::gather_readings(const GatedRun<Scalar>& run, int time) {
   for (int j = 0; j < readings_; ++j) {
@@ -96,11 +96,11 @@ void GatedUnits<Scalar>::gather_readings(const GatedRun<Scalar>& run, int time) 
   }
 }
 
-/// The gates and the target of columns side by side, as gated.inc of the runtime:
+/// Computes gates and targets of adjacent columns, as gated.inc of the runtime does.
 ///   in          [z; readings]
-///   raw_share   the share of the way before its tanh; null: not wanted
-///   gate        tanh of the share's, then of the reset's
-///   reset_in    its readings are there, z becomes that of `in` after the reset; may be `in`
+///   raw_share   argument of the tanh of the share; null: not stored
+///   gate        tanh for the share, then tanh for the reset
+///   reset_in    has the readings already; its z becomes that of `in` after the reset; may be `in`
 template <class Scalar>
 template <class Math>
 void GatedUnits<Scalar>::pull(const Scalar* in, Scalar* raw_share, Scalar* gate, Scalar* reset_in,
@@ -147,7 +147,7 @@ void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>*
   }
 }
 
-/// Gates and targets of a chunk, from the z that forward() has stored. Columns past it are zero.
+/// Computes gates and targets of a chunk from the z that forward() has stored. Columns after the chunk are zero.
 template <class Scalar>
 void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
   const int used = chunk.count * kGroup;
@@ -173,7 +173,8 @@ void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
                      chunk_reset_in_.data(), chunk_target_.data());
 }
 
-/// p_ at a sample becomes p_ at the one before, but for that sample's own cotangent; `column` is the sample's first.
+/// Turns p_ of a sample into p_ of the sample before it, without that sample's own cotangent. `column` is the first
+/// column of the sample.
 template <class Scalar>
 void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int column) {
   using P = typename One<Scalar>::P;
@@ -241,7 +242,7 @@ void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
     const Chunk chunk{from, std::min(kChunkSamples, run.length - from)};
     if (loop != nullptr) loop->repeat(chunk.from, chunk.count);
     repeat(run, chunk);
-    // Sample by sample, they would come from as many places as there are units.
+    // Copied sample by sample, the cotangents would be read from as many places as there are units.
     for (int r = 0; r < units_; ++r)
       std::copy_n(run.cotangent + (static_cast<std::ptrdiff_t>(r) * run.length + from) * kGroup, chunk.count * kGroup,
                   chunk_own_.data() + static_cast<std::size_t>(r) * kStride<Scalar>);

@@ -29,8 +29,8 @@ struct GatedRun {
   const std::uint8_t* held = nullptr;  ///< n_y rows: 1 where an output was not measured; null: all were
 };
 
-/// Readings that depend on the units of the samples before: made as the units go, and told their gradient on the way
-/// back.
+/// Readings that depend on the units at earlier samples. They are made while the units run, and get their gradient in
+/// the backward pass.
 template <class Scalar>
 class GatedLoop {
  public:
@@ -38,21 +38,22 @@ class GatedLoop {
 
   /// Writes the readings of a sample to the memory of GatedRun::readings.
   virtual void read(int time) = 0;
-  /// The units have stepped. in: [z; readings], those normalised, a row of eight each.
+  /// Called after a step of the units. in: [z; normalised readings], eight values for each row.
   virtual void stepped(int time, const Scalar* in) = 0;
-  /// Makes the readings of samples [from, from + count) again, which are pulled back next, the last one first.
+  /// Makes the readings of samples [from, from + count) again. pull_back() follows for each of them, the last one
+  /// first.
   virtual void repeat(int from, int count) = 0;
-  /// Adds to dl/dz of a sample, from the same `in`.
+  /// Adds the gradient through the readings to dl/dz of a sample. `in` is as in stepped().
   virtual void pull_back(int time, const Scalar* in, Scalar* to_z) = 0;
-  /// Takes dl/d(normalised readings) of that sample.
+  /// Receives dl/d(normalised readings) of that sample.
   virtual void take(int time, const Scalar* to_readings) = 0;
 };
 
 template <class Scalar>
 class GatedUnits {
  public:
-  /// Parameters: a single layer of 3 n_z rows (s, g, c) over [z; readings], W row by row, then b. Behind them the layer
-  /// may have `others` that are not the units'.
+  /// Parameters: a single layer of 3 n_z rows (s, g, c) over [z; readings], W row by row, then b. After them there may
+  /// be `others` that do not belong to the units.
   GatedUnits(int units, const Normalisation& readings, int others = 0);
   GatedUnits(const GatedUnits&) = delete;
   GatedUnits& operator=(const GatedUnits&) = delete;
@@ -62,13 +63,14 @@ class GatedUnits {
   const Scalar* weights(int row) const { return theta_ + row * columns_; }
   const Scalar* bias(int row) const { return theta_ + (3 * units_ + others_) * columns_ + row; }
 
-  /// Reads theta, which must stay where it is until the next prepare().
+  /// Reads theta, which must stay in its place until the next prepare().
   void prepare(const Scalar* theta);
 
-  /// Fills run.latent. `loop`: makes the readings; null: they exist already.
+  /// Fills run.latent. `loop` makes the readings; null: they exist already.
   void forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>* loop = nullptr);
 
-  /// Gradient of the parameters, from run.latent as forward() left it, run.cotangent and the readings; 0 for others'.
+  /// Adds the gradient of the parameters. It needs run.latent of forward(), run.cotangent and the readings. The
+  /// gradient of the other parameters is 0.
   void backward(const GatedRun<Scalar>& run, std::vector<double>& gradient, GatedLoop<Scalar>* loop = nullptr);
 
  private:

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// The linear system that F starts as. Its eigenvalues are where training begins, no parameters.
+/// The linear system from which F starts. Its eigenvalues are initial values, not parameters.
 LatentShape starting_system(const ObserverStructure& structure) {
   LatentShape shape = structure.latent;
   shape.learned = shape.rows;
@@ -51,7 +51,7 @@ class General final : public TrainableStructure {
     structure.dynamics = dynamics_network(experiment.dynamics, nz + structure.readings, nz, true);
   }
 
-  /// Normalises z of the linear system, about zero, and y.
+  /// Normalises z of the linear system (with mean 0) and y.
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool) const override {
     std::vector<Moments> inputs(structure.dynamics.inputs.scale.size());
     const auto nz = static_cast<std::size_t>(structure.latent.rows);
@@ -72,7 +72,7 @@ class General final : public TrainableStructure {
     structure.dynamics.inputs = normalisation_by(inputs);
   }
 
-  /// F(z, y) = D z + F y at first: the linear path alone, in the units of its inputs.
+  /// Sets F(z, y) = D z + F y initially: only the linear path, in the units of its inputs.
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override {
     const NetworkShape& shape = structure.dynamics.shape;
     const Normalisation& inputs = structure.dynamics.inputs;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // General observer (11): z' = F(z, y; theta), one network over [z; y]. Its linear path starts as D z + F y of a stable
-// linear system, so training begins at an observer and not at chance.
+// linear system, so training starts with an observer instead of random dynamics.
 #pragma once
 
 #include "trainer/structures/network_lanes.h"

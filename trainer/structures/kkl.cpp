@@ -52,7 +52,7 @@ class Kkl final : public KklFamily {
     return failing_sensors(experiment, training);
   }
 
-  /// Real modes over the time scales of a gated observer's units, or of the sample period.
+  /// Sets real modes with the time scales of a gated observer's units, or with those of the sample period.
   bool adopt(Experiment& experiment, double sample_period_s) const override {
     constexpr double kSlowest = 0.01, kFastest = 0.25;  // per sample period
     constexpr int kModes = 4;

@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// D and F as training left them. Sets where the clocks start in the model.
+/// Returns the trained D and F. Sets in the model where the clocks start.
 codegen::LinearLatent linear_latent_of(const ObserverStructure& structure, const float* parameters,
                                        codegen::Model& model) {
   const LatentShape& latent = structure.latent;
@@ -39,7 +39,7 @@ void KklFamily::check(const Experiment& experiment, const ChannelCounts&) const 
   check_linear_latent(experiment);
 }
 
-/// All time constants together, and now and then a mode more or less.
+/// Changes all time constants together, and sometimes the number of modes by one.
 void KklFamily::vary(Experiment& experiment, Draws& draws) const {
   ObserverConfig& o = experiment.observer;
   const double faster = draws.one_of({0.5, 0.7, 1.0, 1.0, 1.4, 2.0});
@@ -92,7 +92,8 @@ codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* 
                                const ObserverConfig& observer, codegen::Model& model) {
   codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),
                    .inverse_map = inverse_map_of(structure, parameters, model.nr())};
-  // Every feature of an output is z - y then, and S is one: a rig that rests elsewhere is in the domain all the same.
+  // Then every feature of an output is z - y, and the steady gain is one, so a plant that rests elsewhere is in the
+  // domain, too.
   if (observer.features == FeatureSet::kLatentMinusOutput && structure.latent.injection == Injection::kUnitGain)
     for (int j = 0; j < model.ny(); ++j)
       if (model.outputs[static_cast<std::size_t>(j)].wrap <= 0.0) kkl.latent.relative_outputs.push_back(j);

@@ -6,9 +6,9 @@
 
 namespace nlo::trainer {
 
-/// Keys of [observer] that structure kkl alone has.
+/// Keys of [observer] that only structure kkl has.
 struct KklConfig {
-  double saturation = 0.0;  ///< T* follows z this many half ranges beyond its domain; 0: wherever z goes
+  double saturation = 0.0;  ///< z follows this many half ranges beyond its domain into T*; 0: no limit
   ClockProductSet clock_products = ClockProductSet::kNone;
 };
 
@@ -25,12 +25,12 @@ class KklFamily : public TrainableStructure {
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override;
   std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const override;
   std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const override;
-  /// By the exact filter, unless the general route is asked for.
+  /// Returns the exact filter, unless the experiment asks for the general route.
   std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment, const ObserverStructure& structure,
                                                   const std::vector<double>& steps_s, int threads) const override;
 
  protected:
-  /// D, F and T* as training left them. Sets where the clocks start in the model, which has its channels.
+  /// Returns the trained D, F and T*. Sets in the model, which has its channels already, where the clocks start.
   static codegen::Kkl kkl_of(const ObserverStructure& structure, const float* parameters,
                              const ObserverConfig& observer, codegen::Model& model);
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The KKL latent system (16), z' = D z + F y, by the general route, as in the paper. The filter of
-// gradients/sensitivity/linear_latent.h is tested against. theta: parameters of the eigenvalues, as there.
+// The KKL latent system (16), z' = D z + F y, by the general route, as in the paper. Tests compare the filter of
+// gradients/sensitivity/linear_latent.h with it. theta: parameters of the eigenvalues, as there.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace nlo::trainer {
 template <class Scalar>
 class KklLanes final : public OdeDynamics<Scalar> {
  public:
-  /// eigenvalues: n_z initial ones; those of clocks stay.
+  /// eigenvalues: n_z initial ones. Those of clocks do not change.
   KklLanes(LatentShape shape, std::vector<double> eigenvalues, int outputs)
       : OdeDynamics<Scalar>(shape.rows, outputs, shape.learned),
         shape_(std::move(shape)),

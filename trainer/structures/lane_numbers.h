@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A number of each of eight trajectories in one SIMD vector, to evaluate known equations side by side.
+// One number of each of eight trajectories in a SIMD vector, to evaluate known equations side by side.
 #pragma once
 
 #include <algorithm>

@@ -58,7 +58,7 @@ void add_modes(ObserverStructure& structure, const ObserverConfig& observer) {
   LatentShape& latent = structure.latent;
   latent.injection = observer.output_injection;
   latent.starts_steady = observer.start == LatentStart::kSteady;
-  const int driving = structure.outputs() + structure.inputs;  // a staleness is read as it is
+  const int driving = structure.outputs() + structure.inputs;  // a staleness is read unchanged
   for (int j = 0; j < driving; ++j) {
     for (const auto& [re, im] : observer.pairs) {
       latent.modes.push_back({.pair = true, .row = latent.rows, .reading = j});
@@ -93,7 +93,8 @@ void add_features(ObserverStructure& structure, const ObserverConfig& observer) 
     if (mode.pair) structure.features.push_back({.latent = mode.row + 1});
   }
   const int driving = structure.outputs() + structure.inputs;
-  if (observer.features != FeatureSet::kLatent) {  // the latest input directly, because it acts without a delay
+  // T* also reads the latest input itself, because an input acts without a delay.
+  if (observer.features != FeatureSet::kLatent) {
     for (int j = relative ? structure.outputs() : 0; j < driving; ++j)
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
   }
@@ -109,7 +110,7 @@ void add_clock_products(ObserverStructure& structure, ClockProductSet set) {
     if (!is_clock(structure, structure.features[clock])) continue;
     for (std::size_t f = 0; f < plain; ++f) {
       Feature product = structure.features[f];
-      if (is_clock(structure, product) || product.reading >= driving) continue;  // a staleness is read as it is
+      if (is_clock(structure, product) || product.reading >= driving) continue;  // a staleness is read unchanged
       if (set == ClockProductSet::kLatent && product.latent < 0) continue;
       product.clock = structure.features[clock].latent;
       product.without = static_cast<int>(f);

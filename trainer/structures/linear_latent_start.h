@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// D and F of z' = D z + F y as [observer] gives them, and the features of z for T*: for a KKL observer, and for the
-// network of a general one starts as.
+// D and F of z' = D z + F y from [observer], and the features of z that T* reads: for a KKL observer, and for the
+// initial network of a general one.
 #pragma once
 
 #include <complex>
@@ -11,29 +11,31 @@
 
 namespace nlo::trainer {
 
-/// Throws KeyError unless there is a D: eigenvalues or pairs, pairs within the left half plane, a stable step by `hold`
-/// at the experiment's sample period, where only the logs' time stamps do not know it.
+/// Throws KeyError unless [observer] gives a valid D: eigenvalues or pairs, pairs in the left half plane, and a stable
+/// step by `hold` at the experiment's sample period. The step is not checked if only time stamps of logs determine the
+/// period.
 void check_linear_latent(const Experiment& experiment);
 
-/// Throws KeyError when `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1), naming it
-/// and the mends. Reading an experiment checks this itself unless only the log's time stamps know the period.
+/// Throws KeyError if `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1). It names the
+/// eigenvalue and the remedies. Reading an experiment checks this, unless only the time stamps of the log determine the
+/// period.
 void check_latent_step(const ObserverConfig& observer, double sample_period_s);
 
-/// Throws KeyError unless z starts at zero. `what` stands in the message: "the general observer".
+/// Throws KeyError unless z starts at zero. `what` is part of the message: "the general observer".
 void check_zero_start(const ObserverConfig& observer, const char* what);
 
-/// D and F: identity Kronecker (eigenvalues), every output has modes of its own. With one set for all, the latent would
-/// see only the sum of the outputs. Throws codegen::Error when there are no eigenvalues.
+/// Adds D and F as a Kronecker product, identity x eigenvalues: every output has its own modes. If all outputs shared
+/// modes, z would only contain their sum. Throws codegen::Error if there are no eigenvalues.
 void add_modes(ObserverStructure& structure, const ObserverConfig& observer);
 
 /// Adds the features of these modes to T*.
 void add_features(ObserverStructure& structure, const ObserverConfig& observer);
 
 /// Adds the products of the features with every clock. z forgets its start as exp(D t), so the best map from z to x
-/// depends on the time since then: products let T* be another map for every time of the transient.
+/// depends on the time since the start. With the products, T* can be another map at each time.
 void add_clock_products(ObserverStructure& structure, ClockProductSet set);
 
-/// Eigenvalue of a mode: the real one, or the pair's with positive imaginary part.
+/// Returns the eigenvalue of a mode: the real one, or that of the pair with positive imaginary part.
 std::complex<double> eigenvalue_of(const Mode& mode, const std::vector<double>& eigenvalues);
 
 }  // namespace nlo::trainer

@@ -41,7 +41,7 @@ class Luenberger final : public TrainableStructure {
                                      {"start", o.start != LatentStart::kZero}})
       if (given)
         throw KeyError(fmt::format("observer.{}", key),
-                       fmt::format("[observer] {} has no use in a Luenberger observer, whose latent state is the "
+                       fmt::format("[observer] {} is not used by a Luenberger observer, whose latent state is the "
                                    "estimate; remove it",
                                    key));
     linear_part(o.own.get<LuenbergerConfig>(), channels.states, channels.outputs, channels.read_inputs);

@@ -12,7 +12,7 @@ VectorXd to_double(const std::vector<float>& values) {
   return Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Index>(values.size())).cast<double>();
 }
 
-/// The layers and the linear path of a network; features and scales are the caller's.
+/// Returns a network with its layers and its linear path. The caller sets features and scales.
 codegen::Network network_of(const NetworkShape& shape, const float* parameters) {
   using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   codegen::Network network;

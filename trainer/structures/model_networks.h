@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The networks of a trained observer as a model holds them: in double, with the normalisation that training gave them.
+// Converts the networks of a trained observer into those of a model: in double, with the normalisation of the training.
 #pragma once
 
 #include "codegen/model/network.h"
@@ -7,17 +7,17 @@
 
 namespace nlo::trainer {
 
-/// The network within the latent system: u = (in - mean) / scale, outputs in their own units.
+/// Returns the network within the latent system: u = (in - mean) / scale, outputs in their own units.
 codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* parameters);
 
-/// Outputs [first, first + count) of a network of one layer.
+/// Returns outputs [first, first + count) of a network of one layer.
 codegen::Network rows_of(const codegen::Network& all, Eigen::Index first, Eigen::Index count);
 
-/// T* or G of `structure`, from all its parameters.
-///   outputs  how many of y it reads beside z: n_y or 0
+/// Returns T* or G of `structure` from all its parameters.
+///   outputs  number of components of y that it reads beside z: n_y or 0
 codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Eigen::Index outputs);
 
-/// T of `structure`, from all its parameters.
+/// Returns T of `structure` from all its parameters.
 codegen::Network forward_map_of(const ObserverStructure& structure, const float* parameters);
 
 }  // namespace nlo::trainer

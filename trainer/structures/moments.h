@@ -18,7 +18,7 @@ struct Moments {
   double deviation() const { return total > 0.0 ? std::sqrt(squares / total) : 0.0; }
 };
 
-/// A scale that is safe to divide by: a signal that does not move keeps its unit.
+/// Returns a scale by which one can divide: 1 for a constant signal.
 inline float safe_scale(double deviation) {
   return deviation > 1e-9 ? static_cast<float>(deviation) : 1.0F;
 }

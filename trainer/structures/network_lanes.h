@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A network inside a right-hand side: one block of eight trajectories for each slot of a Runge-Kutta step, inputs
-// normalised on the way in.
+// A network in a right-hand side. Each stage of a Runge-Kutta step has a slot: a block of eight trajectories, whose
+// inputs are normalised when they are set.
 //   out = network(u),  u = (in - mean) / scale
 #pragma once
 
@@ -46,7 +46,7 @@ class NetworkLanes {
     return block(slot).output();
   }
 
-  /// Adds to the gradient; writes the cotangents of inputs [0, count).
+  /// Adds the gradient of the parameters, and writes the cotangents of inputs [0, count).
   void pull_back(int slot, const Scalar* cotangent, int count, Scalar* cotangent_in) {
     std::copy_n(cotangent, shape_.outputs() * kGroup, block(slot).output_cotangent());
     block(slot).backward(theta_, transposed_.data());

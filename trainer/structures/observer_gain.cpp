@@ -49,7 +49,7 @@ MatrixXd matrix_of(const char* key, const std::vector<std::vector<double>>& rows
 
 MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles) {
   const Index n = a.rows();
-  // One output sees a mode unless it happens to be blind to it: try a few combinations and take the clearest view.
+  // A combination of the outputs contains every mode, except by chance. Try a few, and take the best-conditioned one.
   VectorXd weights;
   double clearest = 0.0;
   for (int trial = 0; trial < 8; ++trial) {
@@ -103,7 +103,7 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu) {
   known.output_matrix = matrix_of("output_matrix", config.output_matrix, ny, nx);
   if (nu == 0 && !config.input_matrix.empty())
     throw KeyError("observer.input_matrix",
-                   "[observer] input_matrix is of inputs, and there are no known ones; remove it, or name inputs");
+                   "[observer] input_matrix is for known inputs, but there are none; remove it, or name inputs");
   known.input_matrix = nu == 0 ? MatrixXd(nx, 0) : matrix_of("input_matrix", config.input_matrix, nx, nu);
   const int given =
       (config.gain.empty() ? 0 : 1) + (config.gain_poles.empty() ? 0 : 1) + (config.gain_noise.empty() ? 0 : 1);

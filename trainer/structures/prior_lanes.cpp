@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Place in an array of rows of eight.
+/// Returns the place in an array of rows of eight.
 std::size_t lane(int row, int l) {
   return static_cast<std::size_t>(row) * kGroup + static_cast<std::size_t>(l);
 }
@@ -106,7 +106,7 @@ auto PriorLanes<Scalar>::cut(int time) const -> Cut {
   return cut;
 }
 
-/// 0 where a lane has arrived.
+/// Returns 0 if a lane has arrived.
 template <class Scalar>
 auto PriorLanes<Scalar>::step_of(const Cut& cut, int piece) const -> L {
   return in_lanes<L>(piece) < cut.pieces ? cut.h : L{};
@@ -116,7 +116,7 @@ template <class Scalar>
 void PriorLanes<Scalar>::inputs_at(const Cut& cut, int time, int piece, double c, L* u) const {
   const L part = in_lanes<L>(piece + c) / cut.pieces, rest = in_lanes<L>(1.0) - part;
   for (int j = 0; j < setting_.inputs; ++j) {
-    // w has the readings from row 2 n_y on, outputs first.
+    // In w, the readings begin at row 2 n_y, with the outputs first.
     const int row = 3 * setting_.ny() + j;
     u[j] = rest * reading(row, setting_.commands ? time : time - 1) + part * reading(row, time);
   }
@@ -141,7 +141,7 @@ void PriorLanes<Scalar>::predict(L* x, int time, Sample& sample) {
   }
 }
 
-/// The cotangent of the prior of a sample becomes that of the sample before it.
+/// Turns the cotangent of the prior of a sample into that of the sample before it.
 template <class Scalar>
 void PriorLanes<Scalar>::predict_back(const Sample& sample, L* cotangent) {
   for (int i = sample.cut.most; i-- > 0;) {
@@ -152,7 +152,7 @@ void PriorLanes<Scalar>::predict_back(const Sample& sample, L* cotangent) {
   }
 }
 
-/// The readings of a sample: the measurement, the prior, and the innovation.
+/// Writes the readings of a sample: the measurement, the prior, and the innovation.
 template <class Scalar>
 void PriorLanes<Scalar>::make_readings(int time) {
   const int nx = setting_.nx(), ny = setting_.ny();
@@ -185,7 +185,7 @@ auto PriorLanes<Scalar>::noise(int correction) const -> L {
   return exponential_of(kept_within(row_of<L>(gain_, correction), -kFarthestNoise, kFarthestNoise));
 }
 
-/// From the cotangent of a variance, which is proportional to noise(correction), to that of the output that the
+/// Turns the cotangent of a variance, which is proportional to noise(correction), into that of the output that the
 /// correction's layer has there.
 template <class Scalar>
 void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& to_variance) {
@@ -193,7 +193,7 @@ void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& 
   set_row(to_gain_, correction, inside ? to_variance * variance * scale(correction) : L{});
 }
 
-/// Fills gain_ from [m; w], measured_, and x_: the corrected prior before it is clamped to the range.
+/// Fills gain_ from [m; w], measured_, and x_, which is the corrected prior before it is limited to the range.
 template <class Scalar>
 void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   const int first = 3 * setting_.units, nx = setting_.nx(), ny = setting_.ny();
@@ -266,8 +266,9 @@ void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
         total(bias_gradient_.data() + r * kGroup, kGroup);
 }
 
-/// Pulls dl/d[x; p] of a sample back to the correction's weights and to its readings. If a run has lost its filter, so
-/// that its end depends on its beginning a thousand times more than its loss is large, only later samples teach.
+/// Propagates dl/d[x; p] of a sample back to the correction's weights and to its readings. If a run has lost its
+/// filter, so that its end depends on its beginning a thousand times more than its loss is large, only later samples
+/// contribute.
 template <class Scalar>
 void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   constexpr Scalar kLost = Scalar(1000), kFinite = Scalar(1e6);
@@ -315,7 +316,7 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   }
 }
 
-/// From the cotangents of the units' inputs and to_x_ to dl/d[x; p] of the previous sample.
+/// Computes dl/d[x; p] of the previous sample from the cotangents of the units' inputs and to_x_.
 template <class Scalar>
 void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   const int nx = setting_.nx(), ny = setting_.ny();

@@ -94,8 +94,8 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
   for (std::size_t f = 0; f < features.size(); ++f) {
     structure.features[f].mean = static_cast<float>(features[f].mean);
     structure.features[f].scale = safe_scale(features[f].deviation());
-    // A clock runs from 1 to 0, known without data; most samples are late, so their deviation says nothing of its
-    // start.
+    // A clock runs from 1 to 0, so its range is known without data. Most samples are late, so their deviation says
+    // nothing about its start.
     if (is_clock(structure, structure.features[f])) structure.features[f].mean = structure.features[f].scale = 0.5F;
   }
   for (Feature& feature : structure.features) {
@@ -108,7 +108,8 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
     structure.state_scale[i] = safe_scale(states[i].deviation());
   }
-  // One scale for all components of a vector, and no mean, which would point somewhere. The same of one component.
+  // All components of a vector get the same scale and no mean, because a mean would be a direction. A single component
+  // is treated alike.
   const auto axes = static_cast<std::size_t>(structure.axes);
   const auto lengths = [&](const std::vector<Moments>& moments, const auto& set) {
     for (std::size_t first = 0; structure.centred && first < moments.size(); first += axes) {
@@ -140,7 +141,7 @@ bool reads_clock_products(const ObserverStructure& structure) {
                      [](const Feature& feature) { return feature.clock >= 0; });
 }
 
-/// Makes the linear path of `map` pass on each state's estimate_row().
+/// Sets the linear path of `map` to each state's estimate_row().
 void write_estimate_rows(const ObserverStructure& structure, float* map) {
   for (std::size_t i = 0; i < structure.state_mean.size(); ++i) {
     const int row = structure.module->estimate_row(structure, static_cast<int>(i));
@@ -155,7 +156,7 @@ void write_estimate_rows(const ObserverStructure& structure, float* map) {
   }
 }
 
-/// [intercept, linear path], n_x x (1 + n_u), of a T* that is another map at each time of the transient.
+/// Returns [intercept, linear path], n_x x (1 + n_u), of a T* that is another map at each time of the transient.
 Eigen::MatrixXd transient_fit(const ObserverStructure& structure, double ridge, const Rollout& rollout) {
   constexpr Eigen::Index kBlock = 4096;  // samples
   const auto nf = static_cast<Eigen::Index>(structure.features.size());
@@ -195,7 +196,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
                                       const Rollout& rollout) {
   std::vector<float> parameters = initial_dynamics(structure, experiment);
   if (structure.features.empty()) return parameters;
-  // Beside a linear path the network starts as no correction at all: exactly from the ridge regression.
+  // With a linear path the network starts at exactly zero, so that T* is the ridge regression.
   const bool linear = structure.network.linear_path >= 0;
   const std::vector<float> network = initial_parameters(structure.network, experiment.seed, linear ? 0.0F : 1.0F);
   parameters.insert(parameters.end(), network.begin(), network.end());
@@ -220,7 +221,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     return parameters;
   }
 
-  // Each component of a vector is a sample for the same weights.
+  // Each component of a vector is one more sample for the same weights.
   const auto axes = static_cast<Eigen::Index>(structure.axes);
   const auto nf = static_cast<Eigen::Index>(structure.features.size()) / axes;
   const auto nx = static_cast<Eigen::Index>(structure.state_mean.size()) / axes;
@@ -247,7 +248,8 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
       total += w;
     }
   });
-  gram.diagonal().array() += experiment.inverse_map.ridge * total;  // features have unit power: so has the mean of gram
+  // Features have unit power, and so does the mean of gram.
+  gram.diagonal().array() += experiment.inverse_map.ridge * total;
   const Eigen::MatrixXd path = codegen::solve_symmetric(gram, moment);
   float* out = parameters.data() + structure.dynamics_parameters() + structure.network.linear_path;
   for (Eigen::Index i = 0; i < nx; ++i)

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 std::span<const TrainableStructure* const> structure_table();
 std::vector<std::string> structure_names();
 
-/// The structure that [observer] names. Throws codegen::Error listing the names that there are.
+/// Returns the structure that [observer] names. An unknown name throws codegen::Error, which lists the known ones.
 const TrainableStructure& structure_of(const ObserverConfig& observer);
 
 /// Windows of evaluation_windows() for an observer and runs of at most `horizon_s`. A structure without a D may list

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From flat parameters to a model that flies: names, units, ranges, domain, networks with their normalisation.
+// Turns flat parameters into a model: names, units, ranges, domain, and networks with their normalisation.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,10 +20,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The domain: the latent states of training, relative to S y for relative outputs, and a tenth of their range
-/// more. Readings: one more range on either side before a measurement is called impossible, or an input, and where the
-/// noise has tails the limits that training had; angles have 64 turns here, and 2^16 in
-/// flight (codegen/model/flown_ranges.h), where relative outputs are not clamped either.
+/// Sets the ranges of a model. The domain has the latent states of training, relative to S y for relative outputs, plus
+/// a tenth of their range. A reading counts as impossible beyond its range by more than the width of the range; if the
+/// noise has tails, beyond the limits of the training. Angles have 64 turns here and 2^16 in flight
+/// (codegen/model/flown_ranges.h), where relative outputs are not clamped either.
 void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingConfig& training) {
   const MatrixXd steady_gain = codegen::steady_gain(model);
   const Index nz = model.nz(), ny = model.ny(), nr = model.nr();
@@ -64,7 +64,7 @@ void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingCon
   const auto inputs = static_cast<Index>(model.inputs.size());
   model.input_min = low.segment(ny, inputs);
   model.input_max = high.segment(ny, inputs);
-  // An output that is computed from readings within their ranges is within its own range.
+  // If the readings are within their ranges, an output that is computed from them is within its range.
   const codegen::ComputedOutputs computed(model.outputs, model.inputs);
   for (std::size_t i = 0; i < computed.all().size(); ++i) {
     const auto within = computed.all()[i].evaluate<codegen::Interval>([&](int j) -> codegen::Interval {

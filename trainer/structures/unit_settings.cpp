@@ -22,7 +22,7 @@ std::vector<Key<ObserverConfig>> unit_keys() {
 }
 
 void vary_units(UnitSettings& units, Draws& draws) {
-  constexpr int kVector = 8;  // floats that a kernel takes together
+  constexpr int kVector = 8;  // number of floats in a register of a kernel
   const double count = units.units * draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
   units.units = std::clamp(static_cast<int>(std::lround(count / kVector)) * kVector, kVector, 1024);
   const double faster = draws.one_of({0.5, 1.0, 1.0, 2.0});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [observer] of structures with gated units: how many, and how fast they are at first.
+// Keys of [observer] for structures with gated units: the number of units and their initial rates.
 #pragma once
 
 #include <vector>
@@ -10,22 +10,23 @@ namespace nlo::trainer {
 
 struct UnitSettings {
   int units = 32;
-  std::vector<double> rates = {};  ///< slowest and fastest at first [1/s]
+  std::vector<double> rates = {};  ///< slowest and fastest initial rate [1/s]
 };
 
-/// units and rates.
+/// Returns the keys units and rates.
 std::vector<Key<ObserverConfig>> unit_keys();
 
-/// Another number of them, and other rates, for a search.
+/// Changes the number of units and their rates, for a search.
 void vary_units(UnitSettings& units, Draws& draws);
 
-/// Replaces another structure's settings of training by those that suit units.
+/// Replaces the training settings of another structure by those that suit gated units.
 void train_units(Experiment& experiment);
 
 /// Throws KeyError for keys that do not fit gated units. `what`: "a gated observer".
 void check_units(const Experiment& experiment, const char* what);
 
-/// Biases of the units' rates: spread evenly over their logarithms, (1 + tanh a) / 2 = 1 - exp(-rate period).
+/// Returns the biases of the units' rates. The rates are evenly spaced by their logarithms; (1 + tanh a) / 2 = 1 -
+/// exp(-rate period).
 std::vector<float> initial_rates(const UnitSettings& settings, double period_s);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Latent systems of gated units over the segments of a group: those of GatedRun's forward() and backward().
+// Latent systems of gated units over the segments of a group, by forward() and backward() of GatedUnits.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace nlo::trainer {
 template <class Units>
 class UnitsLatent final : public LatentDynamics {
  public:
-  /// make() gives the units of a thread.  period_s: unit of rates
+  /// make() returns the units of a thread.  period_s: unit of rates
   template <class Make>
   UnitsLatent(int rows, int parameters, double period_s, const std::vector<double>& steps_s, int threads,
               const Make& make)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Counts the cycles of a step and of an estimate on an ATmega328P, and the stack that they touch. NLO_NAME: a C99 export.
-// Timer 1 ticks every 64 cycles; code of known length shows that it does.
+// Counts the cycles of a step and of an estimate on an ATmega328P, and the stack that they use. NLO_NAME: a C99 export.
+// Timer 1 ticks every 64 cycles, which is checked with code of known length.
 #include <avr/io.h>
 #include <stdlib.h>
 #include <util/delay_basic.h>
@@ -26,7 +26,7 @@ static void known_length(void) {
   _delay_loop_2(16000);  // 64,000 cycles
 }
 
-// Cycles of one call, of 4 million at most.
+// Returns the cycles of one call, at most 4 million.
 static __attribute__((noinline)) uint32_t cycles(void (*call)(void)) {
   TCCR1B = _BV(CS11) | _BV(CS10);
   TCNT1 = 0;
@@ -34,7 +34,8 @@ static __attribute__((noinline)) uint32_t cycles(void (*call)(void)) {
   return (uint32_t)TCNT1 * 64;
 }
 
-// Bytes below the caller's frame that a call writes: painted before, looked at after.
+// Returns the number of bytes below the caller's frame that a call writes: fills them before and compares after the
+// call.
 static __attribute__((noinline)) unsigned stack_of(void (*call)(void)) {
   extern char __heap_start;
   const char paint = 0x5a;
@@ -54,7 +55,7 @@ static void put(const char* name, uint32_t value) {
 
 int main(void) {
   OF(init)(&observer);
-  step();  // the first one only starts the observer
+  step();  // the first step only starts the observer
   const uint32_t delay = cycles(known_length);
   const unsigned of_step = stack_of(step), of_estimate = stack_of(estimate);
   put("step ", cycles(step));

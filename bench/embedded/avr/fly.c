@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The smallest program that flies a C99 export on an ATmega328P, for its size: a sample when the timer says so, the
-// estimate's first state to a port.
+// The smallest program that runs a C99 export on an ATmega328P, to measure its size: it computes a sample at each tick
+// of the timer and writes the first state of the estimate to a port.
 #include <avr/io.h>
 
 #include NLO_HEADER

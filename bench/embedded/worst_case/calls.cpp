@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The calls of an observer of ../flown_model.h, and of its monitor with NLO_MONITORED, each a function of its own.
+// The calls of an observer of ../flown_model.h, and of its monitor with NLO_MONITORED. Each is a function.
 #include "bench/embedded/worst_case/calls.h"
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace {
 volatile float estimated;
 volatile int status;
 
-/// The objects that fly. Each begins with the pointer to its model.
+/// The observer and its monitor. Each begins with the pointer to its model.
 struct Flown {
   Observer observer{kModel};
 #if NLO_MONITORED

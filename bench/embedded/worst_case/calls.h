@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
-// The observer whose calls seen.cpp counts. A compilation of its own, so that no call is inlined into the count.
+// The observer whose calls seen.cpp counts. It is compiled separately, so that no call is inlined into the count.
 #pragma once
 
-/// The observer whose calls are counted, and its monitor where it has one. `state`: their bytes behind the first
-/// pointer to a model; `pointer`: where the second is in them, at the end where there is none.
+/// The observer whose calls are counted, and its monitor if it has one. `state`: their bytes after the first pointer to
+/// a model. `pointer`: the place of the second pointer in these bytes, or their end if there is none.
 struct CalledObserver {
   int outputs, inputs;
   unsigned char* state;
   unsigned bytes;
   float lowest, highest;           ///< range of the first output
-  float sample_period_s, longest;  ///< dt that it takes at most [s]
+  float sample_period_s, longest;  ///< sample period, and the longest dt that it accepts [s]
   unsigned pointer;
 };
 extern const CalledObserver called;
 
-/// Arguments of the calls. The sizes exceed every observer's outputs and inputs.
+/// Arguments of the calls. They have room for the outputs and inputs of every observer.
 extern float call_y[16], call_u[16], call_dt_s;
 
 void call_step();

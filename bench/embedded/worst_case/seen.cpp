@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The most instructions that each call of an observer takes on an emulated board, over inputs and states that look for
-// it: not-a-number, infinities, denormals, the largest floats, missing readings, values at their limits and just
-// beyond, steps of every length, states that came so and states that a flipped bit or a wild pointer has spoilt.
+// Searches for the most instructions that each call of an observer takes on an emulated board, over inputs and states:
+// NaN, infinities, denormals, the largest floats, missing readings, values at their limits and just beyond, steps of
+// every length, states after such inputs, and states that a flipped bit or a wild pointer has changed.
 #include <cstdint>
 #include <cstring>
 
@@ -18,7 +18,7 @@ namespace {
 constexpr int kLargestState = 512, kMostValues = 16;
 constexpr std::uint32_t kMostSteps = 40'000;
 
-/// A linear congruential generator, its upper bits.
+/// The upper bits of a linear congruential generator.
 struct Random {
   std::uint32_t state = 1;
   std::uint32_t operator()(std::uint32_t below) {
@@ -38,8 +38,8 @@ float between(float low, float high) {
   return low + (high - low) * static_cast<float>(random(1U << 20U)) / static_cast<float>(1U << 20U);
 }
 
-/// Not-a-number of both signs, infinities, zeros, denormals, the largest and the smallest, and the limits of
-/// is_finite and is_below.
+/// NaN of both signs, infinities, zeros, denormals, the largest and the smallest numbers, and the limits of is_finite
+/// and is_below.
 constexpr std::uint32_t kHard[] = {0x7fc00000, 0xffc00000, 0x7f800001, 0x7f800000, 0xff800000, 0x00000000, 0x80000000,
                                    0x00000001, 0x807fffff, 0x00800000, 0x7f7fffff, 0xff7fffff, 0x71800000, 0xf17fffff,
                                    0x0d800000, 0x4e800000, 0xce7fffff, 0x3f000000, 0xbf000000, 0x40f80000};
@@ -78,15 +78,15 @@ float duration() {
   }
 }
 
-/// The input of a call: the observer's state and the arguments.
+/// The input of a call: the state of the observer and the arguments.
 struct Case {
   unsigned char state[kLargestState];
   float y[kMostValues], u[kMostValues], dt_s;
 };
 unsigned char fresh[kLargestState];
-Case tried, usual;  ///< in turn; one from which there is much to find
+Case tried, usual;  ///< the current case; a case from which the search often succeeds
 
-/// Sets the state, but for the pointers to models.
+/// Sets the state, except the pointers to models.
 void restore() {
   std::memcpy(called.state, tried.state, called.pointer);
   if (called.pointer < called.bytes) {
@@ -96,19 +96,19 @@ void restore() {
 }
 
 void choose_inputs() {
-  if (random(4) == 0) return;  // the same again, as of a sensor that is frozen
+  if (random(4) == 0) return;  // repeats the inputs, like a frozen sensor
   const bool as_usual = random(2) != 0;
   for (float& y : tried.y) y = as_usual ? between(called.lowest, called.highest) : reading();
   for (float& u : tried.u) u = as_usual ? between(-1.0F, 1.0F) : reading();
   tried.dt_s = duration();
 }
 
-/// A changed state must not reach another model.
+/// A changed state must not point to another model.
 void restore_pointer() {
   if (called.pointer < called.bytes) std::memcpy(called.state + called.pointer, fresh + called.pointer, sizeof(void*));
 }
 
-/// Leaves in `tried` a state that follows from the last one, or is spoilt.
+/// Sets `tried` to a state that follows from the last one, or to a corrupted one.
 void choose_state() {
   switch (random(8)) {
     case 0:
@@ -135,7 +135,7 @@ void choose_state() {
   restore_pointer();
 }
 
-/// Moves some values of `tried`, all by about as much. Not the flags behind z, y and the inputs held.
+/// Changes some values of `tried` by similar amounts, but not the flags after z, y and the held inputs.
 void move_some() {
   constexpr float kScales[] = {0.1F, 0.3F, 1.0F, 3.0F, 10.0F, 30.0F, 100.0F, 300.0F};
   constexpr std::uint32_t kShares[] = {50, 300, 1000};  // thousandths
@@ -155,12 +155,12 @@ void move_some() {
   if (random(4) == 0) tried.dt_s = duration();
 }
 
-/// One of the calls and the worst that was seen of it.
+/// A call, and the worst case that was found.
 struct Call {
   const char* name;
   void (*run)();
   std::uint32_t times = 1;  ///< number of calls to compare
-  std::uint32_t most = 0;   ///< ticks of them
+  std::uint32_t most = 0;   ///< their ticks
   Case worst = {};
 };
 Call calls[] = {{"call_step", call_step},
@@ -172,7 +172,7 @@ Call calls[] = {{"call_step", call_step},
 #endif
 };
 
-/// A tick of the observer and of its monitor.
+/// Runs one sample of the observer and of its monitor.
 void go_on() {
   call_step();
 #if NLO_MONITORED
@@ -181,7 +181,7 @@ void go_on() {
 #endif
 }
 
-/// Ticks of `times` calls of `tried`.
+/// Returns the ticks of `times` calls of `tried`.
 std::uint32_t ticks_of(void (*run)(), std::uint32_t times) {
   std::memcpy(call_y, tried.y, sizeof(call_y));
   std::memcpy(call_u, tried.u, sizeof(call_u));
@@ -194,7 +194,7 @@ std::uint32_t ticks_of(void (*run)(), std::uint32_t times) {
       static_cast<int>(times));
 }
 
-/// Keeps `tried` where none was worse.
+/// Stores `tried` if it is the worst so far.
 bool look_at(Call& call) {
   const std::uint32_t counted = ticks_of(call.run, call.times);
   if (counted < call.most) return false;
@@ -203,14 +203,14 @@ bool look_at(Call& call) {
   return true;
 }
 
-/// Instructions of a call of `tried`: so often that a tick matters no more.
+/// Returns the instructions of a call of `tried`, with so many calls that a tick has no effect.
 std::uint32_t instructions(const Call& call, const nlo::bench::InstructionClock& clock) {
   const std::uint32_t times = call.times >= 50 ? 400 : 200;
   const std::uint32_t counted = ticks_of(call.run, times) - ticks_of(nlo::bench::nothing, times);
-  return clock.instructions(counted, times) + 1;  // `nothing` is one
+  return clock.instructions(counted, times) + 1;  // `nothing` is one instruction
 }
 
-/// From a case to others near it, as long as they are no better: at most so many instructions.
+/// Searches near a case as long as cases get no better, for at most `length` instructions.
 void climb(Call& call, const Case& start, std::uint32_t length) {
   const std::uint32_t steps = NLO_CLIMB / (length * call.times);
   static Case best;
@@ -245,7 +245,7 @@ int main() {
     choose_inputs();
     for (Call& call : calls) {
       look_at(call);
-      if (i == 20) {  // a long call is counted once, a short one often
+      if (i == 20) {  // a long call is counted once, a short one many times
         const std::uint32_t length = instructions(call, clock);
         call.times = length < 20'000 ? 20'000 / length + 1 : 1;
         call.most = 0;

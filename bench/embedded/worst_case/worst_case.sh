@@ -19,7 +19,7 @@ declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
 failed=0
 source "$here/../write_table.sh"
 
-# see IMAGE CORE: lines "CALL INSTRUCTIONS".
+# see IMAGE CORE prints lines "CALL INSTRUCTIONS".
 see() {
   timeout 300 "$here/../../../toolchains/emulate.sh" "${board[$2]}" "$1" -icount shift=0,sleep=off 2>&1
 }
@@ -37,7 +37,7 @@ for entry in "${cores[@]}"; do
     said=$(cmake --build "$builds/$core" --target "worst_$network" 2>&1) || { echo "$said" >&2; exit 1; }
     counted=$(see "$image" "$core") || { echo "$image: $counted" >&2; exit 1; }
     while read -r call count; do
-      if [[ -n $target && $core != @(m4f|m0plus) ]]; then continue; fi # as table.sh: checked, left out of the page
+      if [[ -n $target && $core != @(m4f|m0plus) ]]; then continue; fi  # as in table.sh: checked, but not on the page
       name=${call#call_} && name=${name/step_dt/step by dt}
       lines+=("| ${title[$core]} | ${network//_/ } | $name | $count |")
     done <<<"$counted"

@@ -15,11 +15,11 @@ NOT_KNOWN = -4
 
 
 class Error(Exception):
-    """Raised if nlo refuses an input or fails. The text names the file, the field or line, and what to change."""
+    """Raised if nlo refuses an input or fails. The text names the file, the field or line, and the remedy."""
 
 
 class Status(enum.IntEnum):
-    """What a step did with its measurement. A larger value is worse. The latent state is finite after every step."""
+    """How a step used its measurement. A larger value is worse. The latent state is finite after every step."""
 
     OK = 0            #: the measurement was used unchanged
     CLAMPED = 1       #: an output or input outside its declared range was clamped to it

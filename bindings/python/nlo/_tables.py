@@ -21,7 +21,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def _is_table(data: Any) -> bool:
-    """Tells whether `data` is a DataFrame, or a dict of one column for each name."""
+    """Returns true if `data` is a DataFrame, or a dict of one column for each name."""
     return hasattr(data, "columns") or (isinstance(data, Mapping) and bool(data) and
                                         all(np.ndim(column) == 1 for column in data.values()))
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Reads bags of ROS 2 (rosbag2 in SQLite, .db3) as tables.
 
-The name of a column is a topic and a number of its messages: "/imu/linear_acceleration.x", "/joint_states/position[2]", or
-"/joint_states/position[elbow]", whose element is found in the message's array "name". A time is the stamps of a topic
-("/imu/header.stamp") or the times of receipt of its messages ("/imu").
+The name of a column is a topic and the path of a number in its messages: "/imu/linear_acceleration.x",
+"/joint_states/position[2]", or "/joint_states/position[elbow]", whose element is found in the message's array "name".
+The path of a time is the stamp of a topic ("/imu/header.stamp"), or the topic for the times of receipt ("/imu").
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from nlo._library import Error
 from nlo._tables import nearest
 
 _STAMP = "header.stamp"
-_LONGEST_STEP = 5.0  # across which interpolation goes, in median steps
-_OTHERS = {  # first bytes of a file: what it is, what to do
+_LONGEST_STEP = 5.0  # largest step for interpolation, in median steps
+_OTHERS = {  # first bytes of a file, its kind, and the remedy
     b"\x89MCAP0\r\n": "is an MCAP file: ros2 bag convert writes it as SQLite (storage_id: sqlite3)",
     b"#ROSBAG V": "is a bag of ROS 1: rosbags-convert makes a bag of ROS 2 of it",
     b"\x28\xB5\x2F\xFD": "is compressed: zstd -d, then take the .db3 file",
@@ -40,7 +40,7 @@ def read_bag(path: Union[str, "os.PathLike[str]"], columns: Optional[Sequence[st
     interpolate  columns of other topics to be interpolated between their messages, such as a reference sensor at its own
                  rate, each with the full turn of an angle in its unit (2 * pi, 360), or 0 if it is not an angle
 
-    If a column of another topic is not interpolated, its newest value stands in the row after the message, and the other
+    If a column of another topic is not interpolated, its newest value is in the row after the message, and the other
     rows have NaN. An interpolated column has NaN where messages are missing. If the time is a stamp, topics with stamps
     are placed by their stamps, the other topics by the time of receipt.
     """
@@ -145,12 +145,12 @@ class _Bag:
         return table
 
     def _all_columns(self) -> list[str]:
-        """All numbers of topics whose types are known; those of the topic with the most messages come first."""
+        """Returns all numbers of topics whose types are known; those of the topic with the most messages come first."""
         count = dict(self._database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
         found: list[str] = []
         for topic in sorted(self._topics.values(), key=lambda each: -count.get(each.key, 0)):
             for _, data in self._messages(topic) if self._types.knows(topic.type) else ():
-                with contextlib.suppress(Error):  # a type within it is not known
+                with contextlib.suppress(Error):  # it contains an unknown type
                     message = cdr.decode(self._types, topic.type, data)
                     found += [f"{topic.name}/{path}" for path in cdr.numbers_of(self._types, topic.type, message)]
                 break

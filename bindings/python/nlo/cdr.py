@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Decodes messages of ROS 2 (CDR, XCDR1) by the definitions of their types.
 
-In CDR the fields of a message follow each other; a number stands at a multiple of its size.
+In CDR the fields of a message follow each other; the position of a number is a multiple of its size.
 """
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def nanoseconds(time: dict[str, int]) -> int:
 
 
 def numbers_of(types: Types, name: str, message: dict[str, Any], above: str = "") -> Iterator[str]:
-    """The paths of all numbers in a message, without headers, times, covariances and long arrays."""
+    """Yields the paths of all numbers in a message, without headers, times, covariances and long arrays."""
     for field in types.fields(name):
         found, path = message[field.name], above + field.name
         if field.type == "std_msgs/Header" or field.type in _TIMES or field.name.endswith("covariance"):
@@ -197,7 +197,7 @@ def numbers_of(types: Types, name: str, message: dict[str, Any], above: str = ""
             yield from numbers_of(types, field.type, found, path + ".")
 
 
-# The messages that most logs consist of, as ROS 2 defines them (common_interfaces): bags before Iron have no definitions.
+# The most common messages as ROS 2 defines them (common_interfaces), because bags before Iron contain no definitions.
 _COMMON = """\
 MSG: builtin_interfaces/Time
 int32 sec

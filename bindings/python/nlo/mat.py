@@ -18,7 +18,7 @@ from nlo._arrays import Array
 from nlo._library import Error
 from nlo._tables import nearest
 
-_MOST_COLUMNS = 32  # of a matrix, or structs of an array, that are offered when no column is named
+_MOST_COLUMNS = 32  # of a matrix, or structs of an array, that are listed if no column is named
 _STEP = re.compile(r"([^.()]+)(?:\(([1-9]\d*)\))?")
 
 
@@ -52,7 +52,7 @@ class _File:
             self._fail(f"has {len(data)} bytes and needs {needed}: it was not copied whole, or is still written")
         try:
             found = loadmat(self._path, appendmat=False)
-        except Exception as error:  # of whatever kind: scipy has one for each fault of a file
+        except Exception as error:  # any kind, because scipy has one for each fault of a file
             raise Error(f"{self._path}: is damaged, or not a MAT-file: {error}") from error
         self._variables = {name: value for name, value in found.items() if not name.startswith("__")}
 
@@ -65,7 +65,7 @@ class _File:
         return [name for name, length in found if length == most]
 
     def column(self, name: str, samples: int) -> Array:
-        """The vector `name`. `samples`: the length that it must have; 0: any."""
+        """Returns the vector `name`. `samples`: its required length; 0: any."""
         value, of_matrix = self._find(name)
         matrix = self._numbers(name, value)
         size = f"{matrix.shape[0]} x {matrix.shape[1]}"
@@ -81,7 +81,7 @@ class _File:
         return np.ascontiguousarray(matrix[:, max(of_matrix, 1) - 1])
 
     def _find(self, name: str) -> tuple[Any, int]:
-        """The value that `name` leads to, and the number of the wanted column of this matrix; 0: none is named."""
+        """Returns the value at the path `name`, and the number of the named column of this matrix; 0: none is named."""
         steps = [_STEP.fullmatch(part) for part in name.split(".")]
         if not all(steps):
             self._fail(f"\"{name}\" does not name a variable: write y, rig.angle, out.signals(2).values or y(1)")
@@ -101,7 +101,7 @@ class _File:
         return value, places[-1]
 
     def _numbers(self, name: str, value: Any) -> Array:
-        """`value` as a matrix of double."""
+        """Returns `value` as a matrix of double."""
         def refuse(what: str) -> NoReturn:
             self._fail(f"{name} is {what}: expected a vector of numbers")
 
@@ -129,7 +129,7 @@ class _File:
 
 
 def _vectors(name: str, value: Any) -> Iterator[tuple[str, int]]:
-    """(name, length) of each vector in `value`."""
+    """Yields (name, length) of each vector in `value`."""
     if type(value) is not np.ndarray:
         return
     if value.dtype.names is not None:
@@ -143,7 +143,7 @@ def _vectors(name: str, value: Any) -> Iterator[tuple[str, int]]:
 
 
 def _length(data: bytes) -> int:
-    """The length that the tags of the variables ask for, if `data` is shorter; else 0. scipy reads some of such files."""
+    """Returns the length by the variables' tags if `data` is shorter, else 0. scipy reads some such files."""
     order = "little" if data[126:128] == b"IM" else "big"
     if len(data) < 128 or int.from_bytes(data[124:126], order) != 0x100:
         return 0

@@ -26,7 +26,7 @@ class Run:
     sigma: Optional[Array]      #: N x n_x, standard deviations of the errors; None if the model does not have them
     z: Array                    #: N x n_z, latent states
     status: npt.NDArray[np.int32]     #: N, see Status
-    in_domain: npt.NDArray[np.bool_]  #: N, true if z is where training has been
+    in_domain: npt.NDArray[np.bool_]  #: N, true if z is in the domain of the training
     states: tuple[Channel, ...]
 
     def __len__(self) -> int:
@@ -75,7 +75,7 @@ class Model:
 
     @classmethod
     def load(cls, path: Union[str, os.PathLike[str]]) -> Model:
-        """Reads a model file. Raises Error with the text `FILE:LINE: FIELD: what is wrong and what to do`."""
+        """Reads a model file. Raises Error with the text `FILE:LINE: FIELD: reason and remedy`."""
         try:
             data = pathlib.Path(path).read_bytes()
         except OSError as error:
@@ -157,7 +157,7 @@ class Model:
         return x_hat
 
     def observer(self, precision: str = "float") -> Observer:
-        """Returns a new observer before its first sample. "float" gives the estimates that nlo evaluate judges."""
+        """Returns a new observer before its first sample. "float" gives the estimates that nlo evaluate tests."""
         return Observer(self, precision)
 
     def run(self, y: Columns, u: Optional[Columns] = None, t: Optional[npt.ArrayLike] = None,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An observer, sample by sample."""
+"""Observers that run sample by sample."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Optional
@@ -79,7 +79,7 @@ class Observer:
 
     @property
     def in_domain(self) -> bool:
-        """True if z is where training has been."""
+        """True if z is within the domain of the training."""
         return bool(checked(library.nlo_observer_in_domain(self._handle)))
 
     def reset(self) -> None:

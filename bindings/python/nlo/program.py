@@ -2,7 +2,7 @@
 """Training, evaluation and export by the program `nlo`, with the options of its commands as keywords.
 
 `seeds=20` is --seeds 20, `box_scale=2` is --box-scale 2, a list repeats its option, True is a flag: see `nlo COMMAND
---help`. What the command writes to stderr in an error is the text of the nlo.Error that is raised.
+--help`. If a command fails, its text on stderr is that of the raised nlo.Error.
 """
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Evaluation:
     rmse: dict[str, float]
     norm: float                           #: root mean square of the norm of the error
     settled: Optional[float]              #: the same after the transient at the start of each run
-    in_domain: float                      #: share of the samples whose z is where training has been
+    in_domain: float                      #: share of the samples whose z is in the domain of the training
     against: dict[str, dict[str, float]]  #: rmse of the alternatives: "constant", "ridge", "ekf", ...
     facts: dict[str, Any]                 #: everything that `nlo evaluate --json` prints
 

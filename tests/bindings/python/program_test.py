@@ -115,7 +115,7 @@ class Trainings(InAFolder):
                 interrupted.start()
 
         long = {**PENDULUM, "training": {**PENDULUM["training"], "steps": 200_000}}
-        with self.assertRaisesRegex(KeyboardInterrupt, "has the best so far"):
+        with self.assertRaisesRegex(KeyboardInterrupt, "has the best model so far"):
             nlo.train(long, output=self.folder / "run", progress=interrupt_once)
         self.assertEqual(nlo.Model.load(self.folder / "run/model.json").name, "pendulum")
 

@@ -16,7 +16,7 @@ bool replays(const char* name, Observer observer) {
   const int mismatch = van_der_pol::replay::first_mismatch(observer);
   board::write(name);
   if (mismatch == -1) {
-    board::write("all as they must be\n");
+    board::write("all results are right\n");
     return true;
   }
   board::write("wrong at sample ");

@@ -62,7 +62,7 @@ class Search {
     const std::vector<Rung> rungs = halving_rungs(record_.candidates.size(), record_.seconds - reserved_s);
     for (std::size_t r = 0; r < rungs.size(); ++r) {
       if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
-      // One by one, because the speed of training is measured for the next rung.
+      // One after another, because the measured speed of training is used for the next rung.
       const bool last = r + 1 == rungs.size();
       std::vector<Job> trainings;
       for (Trial& trial : record_.rungs[r])
@@ -103,15 +103,15 @@ class Search {
     record_ = std::move(found);
   }
 
-  /// Candidate 0 is the experiment as it stands, unless that costs too much.
+  /// Returns true if the given experiment is candidate 0. It is not if it costs too much.
   bool stands() const { return record_.by_hand_s > 0.0; }
 
-  /// Candidates that can be trained and keep to the budget.
+  /// Draws candidates that can be trained and keep to the budget.
   void draw() {
     const Time started = now();
     const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
-    constexpr std::uint64_t kTries = 20;  // for each that is found
-    constexpr double kShare = 0.2;        // share of the time, unless few are found by then
+    constexpr std::uint64_t kTries = 20;  // for each candidate
+    constexpr double kShare = 0.2;        // share of the time, unless few candidates are found by then
     constexpr std::size_t kFew = 4;
     std::size_t wanted = 1;
     for (std::uint64_t index = 0; record_.candidates.size() < wanted && index <= kTries * wanted; ++index) {
@@ -122,7 +122,7 @@ class Search {
       if (drawn && std::none_of(record_.candidates.begin(), record_.candidates.end(), same)) try {
           add(*drawn, index == 0);
         } catch (const codegen::Error&) {
-          if (index == 0) throw;  // not a draw, but the user's experiment
+          if (index == 0) throw;  // not a draw, but the experiment of the user
         }
       check_interrupt();
       if (index == 0) {
@@ -132,7 +132,7 @@ class Search {
     }
     if (record_.candidates.empty())
       throw codegen::Error(
-          fmt::format("nothing that was drawn keeps to the budget{}{}; allow more",
+          fmt::format("no candidate keeps to the budget{}{}; allow more",
                       budget_.multiply_adds > 0 ? fmt::format(" --max-multiply-adds {}", budget_.multiply_adds) : "",
                       budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
     record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
@@ -142,8 +142,8 @@ class Search {
 
   double least_steps() const { return kLeastShareOfSteps * task_.experiment.training.steps; }
 
-  /// Candidates that the last rung would hardly train. Other candidates are described by their differences from the
-  /// given experiment, so there is no search without it.
+  /// Leaves out candidates that the last rung would hardly train. The others are described by their differences from
+  /// the given experiment, so there is no search without it.
   void leave_out_slow() {
     if (record_.by_hand_fits()) return;
     const double last_s = halving_rungs(record_.candidates.size(), record_.seconds).back().seconds;
@@ -164,7 +164,7 @@ class Search {
 
   static TrainingPace pace(const Candidate& candidate) { return {candidate.setup_s, candidate.steps_per_s}; }
 
-  /// Trains a few steps, for the speed of training and the cost in flight.
+  /// Trains a few steps, to measure the speed of training and the cost in flight.
   void add(const Experiment& drawn, bool as_it_stands) {
     constexpr int kSteps = 24, kWarm = 4;
     Experiment experiment = drawn;
@@ -211,7 +211,7 @@ class Search {
   }
 
   int steps_of(std::size_t member, const Rung& rung, bool last) const {
-    constexpr double kMostLonger = 4.0;  // than the experiment asks for
+    constexpr double kMostLonger = 4.0;  // times the steps of the experiment
     const int by_hand = task_.experiment.training.steps;
     if (last && member == 0 && record_.by_hand_fits()) return by_hand;
     const double steps = std::round(rounded(steps_within(pace(record_.candidates[member]), rung.seconds)));
@@ -235,13 +235,13 @@ class Search {
         return train(experiment, data.get().training, data.get().choosing(), options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
-      // `nlo train` trains the chosen experiment once more and refuses a training that got nowhere. The few steps of an
-      // early rung need not get anywhere.
+      // `nlo train` trains the chosen experiment once more and refuses a training that did not improve its start. The
+      // few steps of an early rung need not improve it.
       const bool counts = last ? result.succeeded() : result.outcome != TrainOutcome::kDiverged;
       if (counts) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
     } catch (const codegen::Error&) {
-      trial.error.reset();  // it ran beyond all numbers
+      trial.error.reset();  // it overflowed
     }
     if (trial.error && !std::isfinite(*trial.error)) trial.error.reset();
     trial.done = true;
@@ -251,7 +251,7 @@ class Search {
     return JobEnd::kDone;
   }
 
-  /// By the speeds that are known.
+  /// Returns the time that is done, by the speeds that are known.
   double done_s() const {
     double sum = 0.0;
     for (const std::vector<Trial>& rung : record_.rungs)

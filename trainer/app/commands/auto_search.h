@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo train --auto: many experiments about a given one by successive halving, on one set of data, judged on validation
-// runs that neither their training nor any test has seen.
+// nlo train --auto: tries many variants of a given experiment by successive halving, on one set of data, and compares
+// them on validation runs that neither their training nor any test uses.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ namespace nlo::trainer {
 
 struct SearchBudget {
   double minutes = 10.0;
-  std::int64_t multiply_adds = 0, flash_bytes = 0;  ///< limits of the export in float; 0: no limit
+  std::int64_t multiply_adds = 0, flash_bytes = 0;  ///< limits for the export in float; 0: no limit
 };
 
-/// The time does not suffice for a training that is worth its name. Going on would change nothing.
+/// The time is too short for a useful training. More of the same search would not help.
 struct TooLittleTime : RunFailure {
   using RunFailure::RunFailure;
 };
 
-/// Runs the search in `directory`, which the caller has taken (run_folder.h), or goes on with the one that was
-/// interrupted there: killed at any moment and run again it tries the same. Throws RunFailure when it was interrupted
-/// or nothing could be trained, TooLittleTime (before anything is written, unless trainings turn out slower than they
-/// began) where the result would be trained for less than kLeastShareOfSteps, codegen::Error where the directory
-/// holds another search, or where nothing keeps to the budget.
+/// Runs the search in `directory`, which the caller has locked (run_folder.h), or continues the one that was
+/// interrupted there. If it is killed at any moment and run again, it tries the same candidates. Throws RunFailure if
+/// it was interrupted or nothing could be trained; TooLittleTime (before anything is written, unless trainings become
+/// slower than they began) if the result would be trained for less than kLeastShareOfSteps; codegen::Error if the
+/// directory holds another search, or if no candidate keeps to the budget.
 SearchRecord run_search(const SearchTask& task, const SearchBudget& budget, const std::string& directory, bool resume,
                         bool quiet);
 

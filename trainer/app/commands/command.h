@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a command joins the program `nlo`, and the exit codes of its errors.
+// Adds a command to the program `nlo`, and defines the exit codes of its errors.
 //   0  done
 //   1  RunFailure: the run itself failed (diverged, interrupted, disk full)
 //   2  any other codegen::Error, before anything was written: wrong usage, config or input; codegen::InputError always
@@ -18,7 +18,7 @@ struct RunFailure : codegen::Error {
   using Error::Error;
 };
 
-/// Runs `work`, from where on an error is a failure of the run, and no longer one of the input unless it says so.
+/// Runs `work`. From here on an error is a failure of the run, not of the input, except InputError.
 template <class Work>
 auto run_phase(Work&& work) {
   try {
@@ -30,7 +30,7 @@ auto run_phase(Work&& work) {
   }
 }
 
-/// Each adds a subcommand. If it is chosen, parsing sets `action` to its work.
+/// Each function adds a subcommand. If it is chosen, parsing sets `action` to its work.
 using Action = std::function<void()>;
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
@@ -45,7 +45,7 @@ void add_new(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action);
 
-/// The subcommands that become another program, with main's arguments (other_program.h).
+/// Adds the subcommands that start another program, with the arguments of main (other_program.h).
 void add_certify(CLI::App& app, int argc, char** argv);
 void add_reproduce(CLI::App& app, int argc, char** argv);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo crossvalidate: how an observer of logs fares on logs, days and conditions that it was not trained on. Each log,
-// or each group of them, is left out once; training sees the others alone.
+// nlo crossvalidate: tests an observer of logs on logs, days and conditions that were not in its training. Each log, or
+// each group of logs, is left out once; training uses only the others.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ std::vector<std::string> all_files(const LogConfig& log, const std::string& dire
   return files;
 }
 
-/// `count` of the others, the same for a seed; all of them where count is 0.
+/// Returns `count` of the others, the same for a seed; all of them if count is 0.
 std::vector<std::string> chosen(std::vector<std::string> others, int count, unsigned long long seed) {
   if (count == 0 || static_cast<std::size_t>(count) >= others.size()) return others;
   std::uint64_t state = seed + 1;
@@ -72,7 +72,7 @@ const Dataset& trained_on(const Dataset& data, const Experiment& experiment, Dat
   return own;
 }
 
-/// Trains on `training`, or finds that in a folder of `root`, and judges on the fold.
+/// Trains on `training`, or finds the training in a folder of `root`, and evaluates the model on the fold.
 JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training, DraftExperiment draft,
                   const std::string& root, const JobContext& context, FoldOutcome& outcome) {
   Experiment& experiment = draft.experiment;
@@ -80,9 +80,9 @@ JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.files;
-  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from these logs alone
+  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from these logs only
   const LogSplits splits = load_log_splits(*experiment.log, "", mirrored_channels(experiment));
-  experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
+  experiment.source_text += "# without " + fold.name + "\n";  // two folds may have the same few training logs
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
   Dataset own;
   const TrainingWork work = [&](const TrainOptions& options) {
@@ -131,7 +131,7 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   for (const LogGroup& fold : folds) fewest = std::min(fewest, files.size() - fold.files.size());
   for (const int size : arguments.sizes) {
     if (std::ranges::count(arguments.sizes, size) > 1)
-      throw codegen::Error(fmt::format("--logs {}: is twice there", size));
+      throw codegen::Error(fmt::format("--logs {}: is given twice", size));
     if (size < 1 || static_cast<std::size_t>(size) > fewest)
       throw codegen::Error(fmt::format("--logs {}: between 1 and {} are left to train on", size, fewest));
   }
@@ -185,19 +185,19 @@ void add_crossvalidate(CLI::App& app, Action& action) {
       ->required();
   options.directory("--data", arguments->data, "directory of the logs that [log] names: all splits together");
   options.value("--group", arguments->group,
-                "leave out together the logs in whose names this regular expression finds the same text (else "
+                "regular expression; logs in whose names it finds the same text are left out together (default: "
                 "[validation] groups)",
                 "REGEX");
   options.list("--logs", arguments->sizes,
-               "a learning curve: train on this many of the others; several: a row for each", "COUNT");
-  options.number("--seeds", arguments->seeds, 1, 100, "trainings of each, from the experiment's seed on");
+               "a learning curve: number of the other logs that train; several numbers: a row for each", "COUNT");
+  options.number("--seeds", arguments->seeds, 1, 100,
+                 "number of trainings for each, with seeds from the experiment's seed on");
   options.experiment(arguments->experiment);
   options.directory("-o,--output", arguments->output,
-                    "directory that keeps each training, so that a run that was stopped or killed goes on");
+                    "directory that keeps each training, so that an interrupted run can be continued");
   options.flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
   command->footer(
-      "Nothing is written without -o. The model of a training is chosen by its error on the very logs that it is "
-      "trained on.\n"
+      "Nothing is written without -o. In each training, the model is chosen by its error on its training logs.\n"
       "Examples:\n"
       "  nlo crossvalidate battery --data logs --group \"^n?[0-9]+degC\" --seeds 3\n"
       "  nlo crossvalidate mine.toml --data logs\n"

@@ -31,7 +31,7 @@ OverLogs over_logs(const std::vector<double>& values) {
   return all;
 }
 
-/// NaN where the estimator does not apply.
+/// Returns the RMSE; NaN if the estimator does not apply.
 double rmse(const FoldOutcome& outcome, const char* estimator, std::size_t state) {
   const auto found = outcome.errors.find(estimator);
   return found == outcome.errors.end() ? std::nan("") : found->second[state].rmse.front();

@@ -19,13 +19,13 @@ struct FoldOutcome {
   std::map<std::string, std::vector<StateError>> errors;  ///< by estimator, over all samples of the fold
 };
 
-/// A row for each fold, the mean over seeds; below it all folds together.
+/// Returns a row for each fold with the mean over seeds; below it all folds together.
 std::string fold_table(const std::vector<FoldOutcome>& outcomes, const std::vector<LogGroup>& folds, int seeds);
 
-/// A row for each number of training logs: mean over folds and seeds.
+/// Returns a row for each number of training logs: mean over folds and seeds.
 std::string curve_table(const std::vector<FoldOutcome>& outcomes, const std::vector<int>& sizes);
 
-/// An object for each training.
+/// Returns an object for each training.
 std::string crossvalidation_json(const std::vector<FoldOutcome>& outcomes);
 
 }  // namespace nlo::trainer

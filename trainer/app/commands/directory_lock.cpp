@@ -15,7 +15,7 @@ namespace nlo::trainer {
 void DirectoryLock::take(const std::string& directory, std::chrono::milliseconds patience) {
   if (descriptor_ >= 0) return;
   const int opened = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (opened < 0) return;  // the error of a later write says why
+  if (opened < 0) return;  // a later write reports the reason
   const auto give_up = std::chrono::steady_clock::now() + patience;
   int reason = 0;
   do {
@@ -28,8 +28,8 @@ void DirectoryLock::take(const std::string& directory, std::chrono::milliseconds
   } while (reason == EWOULDBLOCK && std::chrono::steady_clock::now() < give_up);
   ::close(opened);
   if (reason == EWOULDBLOCK)
-    throw codegen::InputError(directory +
-                              ": another nlo is at work in this folder; wait for its end, or take another with -o DIR");
+    throw codegen::InputError(
+        directory + ": another nlo is using this folder; wait until it ends, or choose another one with -o DIR");
 }
 
 void DirectoryLock::release() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One program at a time writes a run's folder: two would mix their checkpoints and models without a word.
+// Lets only one program write to the folder of a run. Two programs would mix their checkpoints and models.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,7 @@
 
 namespace nlo::trainer {
 
-/// The lock is the folder's own (flock), so that it leaves no file behind and ends with the program, however that ends.
+/// The lock is on the folder itself (flock), so it leaves no file behind, and it ends with the program in any case.
 class DirectoryLock {
  public:
   DirectoryLock() = default;
@@ -15,8 +15,8 @@ class DirectoryLock {
   DirectoryLock& operator=(const DirectoryLock&) = delete;
   ~DirectoryLock() { release(); }
 
-  /// Throws codegen::InputError while another program holds it, for longer than `patience`. Does nothing where it is
-  /// held already, where there is no such folder yet, and on a file system that knows no locks.
+  /// Locks the folder. Throws codegen::InputError if another program holds the lock for longer than `patience`. Does
+  /// nothing if it is locked already, if the folder does not exist yet, and on a file system without locks.
   void take(const std::string& directory, std::chrono::milliseconds patience = {});
 
   void release();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate: a model on new trajectories of its plant, on logs it was not trained on, or beside filters under many
+// nlo evaluate: tests a model on new trajectories of its plant or on logs, or compares it with filters under many
 // conditions.
 #include <fmt/core.h>
 #include <fmt/format.h>
@@ -52,11 +52,11 @@ struct EvaluateArguments {
   Condition common;  ///< settings of the tests under all noises
   std::vector<NoiseConfig> noises;
   bool json = false;
-  std::string plant_option;  ///< the first that was given of those that are for plants
+  std::string plant_option;  ///< the first given option of those for plants
 
   std::string conditions, output;  ///< conditions: a file, or kShippedConditions
   bool as_trained = false, quick = false, no_tuning = false;
-  std::string condition_option;  ///< the first that was given of those that are for conditions
+  std::string condition_option;  ///< the first given option of those for conditions
   bool gave_sets = false, gave_trajectories = false;
 
   bool by_condition() const { return as_trained || !conditions.empty(); }
@@ -70,7 +70,7 @@ struct EvaluateOptions {
   CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on the test
 };
 
-/// The values of --against.
+/// Returns the values of --against.
 std::vector<std::string> rivals() {
   std::vector<std::string> names = alternative_names();
   names.emplace_back(kTrueEkf);
@@ -85,28 +85,30 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
   options
       .value(
           "MODEL", arguments.models,
-          "model.json of nlo train; several of one experiment: means over training seeds; with --conditions a column "
-          "for each, all of one plant")
+          "model.json of nlo train; several models of one experiment: means over training seeds; with --conditions a "
+          "column for each model, all of the same plant")
       ->required();
   CLI::Option* conditions = options.value(
       "--conditions", arguments.conditions,
-      "observers beside filters that know the plant, as shipped and tuned, under [[condition]] tables: name, noise, "
-      "parameters, parameter_factor, process_noise, box_scale, set, input, input_noise; default: twenty that fit any "
-      "plant",
+      "compare observers with filters that know the plant, shipped and tuned, under the conditions of a file of "
+      "[[condition]] tables with the keys name, noise, parameters, parameter_factor, process_noise, box_scale, set, "
+      "input, input_noise; default: twenty conditions that fit any plant",
       "FILE.toml|default");
-  CLI::Option* as_trained =
-      options
-          .flag("--as-trained", arguments.as_trained, "one condition: noise and plant as in the first model's training")
-          ->excludes(conditions);
+  CLI::Option* as_trained = options
+                                .flag("--as-trained", arguments.as_trained,
+                                      "a single condition: noise and plant of the first model's training")
+                                ->excludes(conditions);
   const auto without_conditions = [&](CLI::Option* option) {
     return option->excludes(conditions)->excludes(as_trained);
   };
   without_conditions(options.repeated(
       "--noise", arguments.noise_words,
-      "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
+      "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH or student:SCALE:FREEDOM, followed by any of "
       "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, +clipped:LIMIT, +quantised:STEP, "
-      "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, likewise +stuck (its last value) "
-      "and +dead (zero); or one for each output with commas between; may be repeated"));
+      "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, +stuck:SHARE:SAMPLES_IN_A_ROW "
+      "(repeats "
+      "its last value) and +dead:SHARE:SAMPLES_IN_A_ROW (reads zero); or one for each output, separated by commas; may "
+      "be repeated"));
   options.seed(arguments.test.seed, "seed of the initial states and the noise");
   added.sets = options.number("--seeds", arguments.test.test_sets, 1, 10000,
                               "number of test sets, from --seed on: means and standard errors; with --conditions: 20");
@@ -117,70 +119,73 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
       without_conditions(
           options
               .shown("--box-scale", arguments.common.box_scale,
-                     "initial states from the training box times this (circle: its axes; list: about its mean)")
+                     "factor on the box of initial states of the training (circle: on its axes; list: about its mean)")
               ->check(check_scale)),
       added.trajectories,
       without_conditions(options.repeated(
           "--input", arguments.common.inputs,
-          "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; else as the "
-          "experiment's [excitation] says",
+          "input u(t) of the plant, such as \"cos(12*t)\"; once for each of its inputs, in order (default: the "
+          "experiment's [excitation])",
           "EXPR")),
       without_conditions(
           options
               .value("--input-noise", arguments.input_noise,
-                     "noise of the inputs that the observer reads, in the same words; the plant has none", "NOISE")
+                     "noise of the inputs that the observer reads, in the form of --noise; the plant gets the inputs "
+                     "without it",
+                     "NOISE")
               ->allow_extra_args(false)),
       options.changes(arguments.common.changes,
                       "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, excitation.KEY=VALUE, "
                       "feedback.KEY=VALUE; may be repeated"),
       options
           .list("--against", arguments.test.against,
-                "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant), "
-                "static_ridge (knows no plant); constant and ridge are always shown. With --conditions all but "
-                "ekf_true unless some are named; particle knows each condition: the floor")
+                "estimators for comparison: ekf, ukf, mhe, high_gain (know the plant of the training), ekf_true (knows "
+                "the changed plant), static_ridge (needs no plant); constant and ridge are always shown. Default with "
+                "--conditions: all but ekf_true. particle knows each condition: the smallest error that is possible")
           ->check(CLI::IsMember(rivals())),
       conditions,
       as_trained};
   added.for_conditions = {
-      options.flag("--no-tuning", arguments.no_tuning, "with --conditions: only filters as shipped"),
+      options.flag("--no-tuning", arguments.no_tuning, "with --conditions: only shipped filters, without tuning"),
       options.number("--tuning-runs", arguments.test.tuning_trajectories, 1, 10000,
-                     "with --conditions: runs of each condition to tune filters on"),
+                     "with --conditions: number of runs of each condition for the tuning of filters"),
       options.number("--particles", arguments.test.particles, 10, 1000000,
-                     "with --conditions: particles of the particle filter"),
-      options.flag("--quick", arguments.quick,
-                   "with --conditions: at most 3 test sets, 6 runs to tune on, 200 particles"),
+                     "with --conditions: number of particles of the particle filter"),
+      options.flag("--quick", arguments.quick, "with --conditions: at most 3 test sets, 6 tuning runs, 200 particles"),
       options.directory("-o,--output", arguments.output,
                         "with --conditions: directory for compare.html and compare.json")};
   added.for_plants.insert(added.for_plants.end(), added.for_conditions.begin(), added.for_conditions.end());
-  options.value("--data", arguments.data, "CSV logs (or globs) to evaluate on, instead of the plant");
-  options.value("--columns", arguments.columns,
-                "roles of the logs' columns: [[log.columns]] as in an experiment; else those the model was trained "
-                "with, or headings that are the names of its outputs and states, and \"time\"",
-                "FILE.toml");
+  options.value("--data", arguments.data, "CSV logs (or globs) for the evaluation, instead of the plant");
+  options.value(
+      "--columns", arguments.columns,
+      "roles of the logs' columns: a file with [[log.columns]] (default: the columns of the model's training, "
+      "or headings that are the names of its outputs and states, and \"time\")",
+      "FILE.toml");
   options.list("--from", arguments.from_s,
-               "with --data: start the observer this long after a log's first sample [s]; several: once for each",
+               "with --data: start of the observer after a log's first sample [s]; several: one start for each",
                "SECONDS");
   options.list("--missing", arguments.missing,
-               "with --data: an output that fails at the first sample, or SECONDS later: it is missing, or lies (stuck "
-               "repeats its last reading, dead is 0); may be repeated, or with commas between",
+               "with --data: an output that fails at the first sample, or SECONDS later: it is missing, repeats its "
+               "last reading (stuck) or reads 0 (dead); may be repeated, or several separated by commas",
                "OUTPUT[:missing|stuck|dead[:SECONDS]]");
   options.flag("--behind-gate", arguments.flight.behind_gate,
-               "with --data: the observer sees what the gate of its monitor lets through (nlo monitor)");
+               "with --data: the observer gets only the readings that the gate of its monitor accepts (nlo monitor)");
   options.value("--figure", arguments.files.figure,
-                "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
+                "with --data: a figure of each log with estimate and truth, and the error below; shaded outside of the "
                 "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...",
                 "FILE.svg");
   options.value("--estimates", arguments.files.estimates,
-                "with --data: inputs and estimates of the observer, sample by sample; several as above", "FILE.csv");
-  options.threads(arguments.test.threads, "0: all cores");
+                "with --data: inputs and estimates of the observer, sample by sample; several files as above",
+                "FILE.csv");
+  options.threads(arguments.test.threads, "number of threads; 0: all cores");
   options.flag("--json", arguments.json,
                "one JSON array instead of tables: an object for each noise; with --conditions one object");
   command->footer(
-      "Beside the observer stand a constant and a ridge regression on the observer's own features; on logs the sensor\n"
-      "itself, polynomials and a ridge regression on products of readings, too. These are fitted on the training logs\n"
-      "where they lie in the same folder, else on the very logs of the test, in hindsight.\n"
-      "With --conditions filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R,\n"
-      "P0 and a gate on the innovation chosen for each condition on runs of its own.\n"
+      "The observer is compared with a constant and with a ridge regression on its own features; on logs also with the "
+      "sensor itself, polynomials, and a ridge regression on products of readings. These are fitted on the training "
+      "logs if they are in the same folder, otherwise on the test logs, in hindsight.\n"
+      "With --conditions, filters know the nominal plant and the nominal variance of the noise. For tuned filters, Q, "
+      "R, P0 and a gate on the innovation are chosen for each condition on separate runs.\n"
       "Examples:\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
       "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
@@ -206,7 +211,7 @@ void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny,
                   path, model.states.size(), model.outputs.size(), nx, ny));
 }
 
-/// Standard errors over training seeds mean something only when nothing but the seed differs.
+/// Throws unless models differ only in the seed, because standard errors over training seeds need that.
 void require_one_experiment(const std::vector<NamedModel>& models) {
   std::string first;
   for (const NamedModel& model : models) {
@@ -234,7 +239,7 @@ void check_input_noise(const EvaluateArguments& arguments, const std::vector<Nam
   for (const NamedModel& model : models)
     if (model.model.nu() == 0)
       throw codegen::Error(
-          fmt::format("--input-noise: {} is told no inputs; leave it out, or train with [excitation]", model.name));
+          fmt::format("--input-noise: {} reads no inputs; leave it out, or train with [excitation]", model.name));
   try {
     check_noise(noise, plant.inputs().size());
   } catch (const codegen::Error& error) {
@@ -252,7 +257,7 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
     check_channels(model.model, channels.states().size(), channels.outputs().size(), model.name);
   for (const NoiseConfig& noise : arguments.noises) check_noise(noise, plant->outputs().size());
   check_input_noise(arguments, models, *plant);
-  parse_excitation(*plant, arguments.common.inputs);  // wrong usage is said before anything runs
+  parse_excitation(*plant, arguments.common.inputs);  // reports wrong usage before anything runs
   const auto& against = arguments.test.against;
   if (arguments.common.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
     throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
@@ -270,7 +275,7 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   print(arguments, results);
 }
 
-/// All models must be of the plant and the box that the first was trained on: the same runs are to judge them.
+/// Throws unless all models were trained on the same plant and box, because they are evaluated on the same runs.
 void require_one_plant(const std::vector<NamedModel>& models, const std::vector<Experiment>& experiments) {
   const auto differs = [&](std::size_t i, const std::string& what) {
     throw codegen::Error(fmt::format("{}: has {} than {}; models are compared on the same runs of one plant",
@@ -296,8 +301,7 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
     experiments.push_back(experiment_of(model.model, model.name));
     if (!experiments.back().plant)
       throw codegen::Error(fmt::format(
-          "{}: was trained on logs, so no equations are known that a filter could use; nlo identify finds some",
-          model.name));
+          "{}: was trained on logs, so there are no equations for a filter; nlo identify can find some", model.name));
   }
   require_one_plant(models, experiments);
   const Experiment& first = experiments.front();
@@ -328,7 +332,7 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   test.leave_out_impossible = set.written_for_deviation > 0.0;
   if (is_stdout(arguments.output))
     throw codegen::Error(
-        "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
+        "-o -: compare.html and compare.json are two files, but stdout is one; leave -o out: the result "
         "is on stdout, with --json in that form");
   if (!arguments.output.empty()) check_output_directory(arguments.output);
 
@@ -349,7 +353,8 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   });
 }
 
-/// A model of an older version does not remember its logs: nothing is said then.
+/// Adds notes on logs that trained the model. A model of an older version has no record of its logs; then there is no
+/// note.
 void note_training_logs(const codegen::Model& model, const Dataset& logs, LogReport& report) {
   for (const auto& [name, fact] : model.provenance) {
     if (name != kTrainingLogsFact) continue;
@@ -363,7 +368,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   PatientProgress progress;
   std::vector<std::string> unit_notes;
   LogConfig columns = columns_for(models.front().model, experiment, arguments.columns, unit_notes);
-  // The model's clock: a log at another rate must not count as even.
+  // Uses the period of the model, so that a log with another rate does not count as regular.
   columns.sample_period_s = models.front().model.sample_period_s;
   if (arguments.columns.empty()) {
     const LogSchema all = resolve_columns(columns);
@@ -473,8 +478,8 @@ void set_up(CLI::App* command, Action& action, const std::function<void(Evaluate
 }  // namespace
 
 void add_evaluate(CLI::App& app, Action& action) {
-  set_up(app.add_subcommand("evaluate", "Measure how well a model estimates the state, alone and beside filters"),
-         action, [](EvaluateArguments&) {});
+  set_up(app.add_subcommand("evaluate", "Measure the errors of a model, and compare it with filters"), action,
+         [](EvaluateArguments&) {});
 }
 
 void add_compare(CLI::App& app, Action& action) {

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// parse(text, name, overrides) of the shipped one, or read(path, overrides) of the file.
+/// Returns parse(text, name, overrides) of a shipped experiment, or read(path, overrides) of a file.
 template <class Read, class Parse>
 auto read_argument(const ExperimentArgument& argument, const Read& read, const Parse& parse) {
   std::vector<std::string> overrides = argument.overrides;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// EXPERIMENT on the command line: a file, or the name of one that the program carries.
+// EXPERIMENT on the command line: a file, or the name of an experiment in the program.
 #pragma once
 
 #include <optional>
@@ -18,11 +18,11 @@ struct ExperimentArgument {
   std::optional<int> threads;
 };
 
-/// Throws codegen::Error as read_draft does, or listing the shipped names when there is no such file.
+/// Reads a draft. Throws codegen::Error like read_draft(); if there is no such file, it lists the shipped names.
 DraftExperiment read_draft(const ExperimentArgument& argument);
 
-/// One that is complete. Throws codegen::Error as read_experiment does,
-/// or listing the shipped names when there is no such file.
+/// Reads a complete experiment. Throws codegen::Error like read_experiment(); if there is no such file, it lists the
+/// shipped names.
 Experiment read_experiment(const ExperimentArgument& argument);
 
 /// Returns the arguments of an `nlo` command about its experiment, quoted for a shell: EXPERIMENT --data DIR --set

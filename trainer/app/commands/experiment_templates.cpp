@@ -70,7 +70,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-/// Makes one line of comment, for any text of a file's heading.
+/// Makes one line of comment from any text in the heading of a file.
 std::string one_line(std::string text) {
   std::ranges::replace_if(
       text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
@@ -88,7 +88,7 @@ std::string range_text(const GuessedColumn& column) {
                      column.unit);
 }
 
-/// `must_choose`: without a choice there is nothing to train.
+/// Writes a column. `must_choose`: the user must choose its role, because nothing can be trained otherwise.
 std::string column_text(const GuessedColumn& column, bool must_choose) {
   std::string text = "\n[[log.columns]]\n" + key_line("name", show_value(column.name), range_text(column));
   if (!column.heading.empty() && column.heading != column.name) text += key_line("column", show_value(column.heading));
@@ -107,7 +107,7 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
     text += key_line("period_s", fmt::format("{:.4g}", column.period_s),
                      fmt::format("it has a value in one of {} rows: not due in the others", column.spacing));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
-  // A command that stays within its turn may have ends.
+  // A command that stays within its turn may have limits.
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
   if (column.role == ColumnRole::kInput && !column.jumps) return text;
   text += key_line(
@@ -145,7 +145,7 @@ std::string files_text(std::size_t count) {
 }
 
 std::string evenness_text(const GuessedClock& clock) {
-  constexpr double kEven = 0.1;  // as the loader of logs has it
+  constexpr double kEven = 0.1;  // as in the loader of logs
   return clock.deviation <= kEven ? "even" : fmt::format("uneven by up to {} periods", significant(clock.deviation, 2));
 }
 

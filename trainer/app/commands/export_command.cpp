@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo export: model file -> files of a target.
+// nlo export: writes the files of a target from a model file.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,12 +35,12 @@ struct ExportArguments {
   bool check = false, quiet = false;
 };
 
-/// The text for the user about an export, and the reason for a refusal (empty: none).
+/// The text for the user about an export, and the reason if it is refused (empty: it is not).
 struct Judged {
   std::string tables, refusal;
 };
 
-/// How long a step takes on a Cortex-M4. Empty for numbers that cortex_m4_time() is not for.
+/// Returns a line on the time of a step on a Cortex-M4. Empty for number formats that cortex_m4_time() does not cover.
 std::string time_line(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   if (prepared.options().scalar != codegen::ScalarType::kFloat) return "";
   const codegen::CppCost cost = cpp_cost(prepared);
@@ -53,7 +53,7 @@ std::string time_line(const codegen::PreparedExport& prepared, const ExportArgum
       arguments.clock_mhz, least, most, cost.multiply_adds(), cost.activations());
 }
 
-/// Throws Error if --max-error cannot be read.
+/// Measures the error and checks it. Throws Error if --max-error cannot be read.
 Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
@@ -62,13 +62,15 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
   return judged;
 }
 
-/// Parts of the model that the target has no form for: a firmware that counts on them would not build, or fly without.
+/// Returns warnings about parts of the model that the target does not support. A firmware that needs them would not
+/// compile, or would fly without them.
 std::string left_out_warnings(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::string warnings;
   if (prepared.model().error && (!prepared.folded().error || codegen::export_target(arguments.target).of_c99))
     warnings += fmt::format(
-        "warning: the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and "
-        "double, and this is {}\n",
+        "warning: the standard deviations of its errors are left out: estimate_with_error() exists only in C++ in "
+        "float "
+        "or double, and this is {}\n",
         prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
   return warnings;
 }
@@ -88,11 +90,12 @@ void run_export(const ExportArguments& arguments) {
   options.roles = arguments.roles;
   if (!options.roles.empty() && !target.roles)
     throw codegen::Error(
-        fmt::format("--roles: target {} asks for none; leave it out, or export simplefoc", target.name));
+        fmt::format("--roles: target {} needs no roles; leave it out, or export simplefoc", target.name));
   const bool to_stdout = arguments.output == "-";
   if (to_stdout && target.form != codegen::ExportForm::kFile)
     throw codegen::Error(
-        fmt::format("-o -: target {} writes several files, and stdout is one; name where they go", target.name));
+        fmt::format("-o -: target {} writes several files, but stdout is a single file; name a file or folder with -o",
+                    target.name));
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output, true);
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !target.of_c99;  // accuracies of tanh; C99 has only the best
@@ -100,8 +103,7 @@ void run_export(const ExportArguments& arguments) {
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   if (arguments.check && target.no_observer)
-    throw codegen::Error(
-        fmt::format("--check flies an export, and target {} has no observer; leave it out", target.name));
+    throw codegen::Error(fmt::format("--check runs an observer, but target {} has none; leave it out", target.name));
   const std::string seen = arguments.check ? check_flight(prepared, files) : "";
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
@@ -134,7 +136,7 @@ void run_export(const ExportArguments& arguments) {
 
 void add_export(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export", "Turn a model into a header of constants for firmware");
+  CLI::App* command = app.add_subcommand("export", "Write a model as a header of constants for firmware");
   Options options(*command);
   options.value("MODEL", arguments->model, "model.json of nlo train")->required();
   std::string targets;
@@ -143,29 +145,28 @@ void add_export(CLI::App& app, Action& action) {
   options.shown("--target", arguments->target, targets);
   options.shown("--scalar", arguments->scalar, "arithmetic on the target: float, double, or int16 (kkl)");
   options.shown("--weights", arguments->weights,
-                "stored weights: float, or half the bytes in bf16 or fp16 (cpp, replay); arithmetic stays in float");
+                "format of stored weights: float, or bf16 or fp16 with half of the bytes (cpp, replay); the arithmetic "
+                "stays in float");
   options.value("--name", arguments->name,
                 "namespace of the generated code, an identifier (default: the model's name)");
   options.value("--max-error", arguments->max_error,
-                "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
-                "float, take the cheapest tanh that keeps within it",
+                "largest error of the arithmetic in the model's domain, VALUE or STATE=VALUE,...; an export with a "
+                "larger error is refused; in float, the cheapest tanh within it is used",
                 "VALUE");
   options.value("--roles", arguments->roles,
-                "simplefoc: which output is the shaft's angle (none: no output is) and which state its velocity, where "
-                "units do not tell",
+                "simplefoc: the output that is the angle of the shaft (none: no output is) and the state that is its "
+                "velocity, if units do not show it",
                 "angle=NAME,velocity=NAME");
   options.number("--samples", arguments->samples, 20, 100000,
-                 "how many a replay or a self-test has: fewer for a small flash");
-  options.number("--clock", arguments->clock_mhz, 1.0, 10000.0,
-                 "the clock of a Cortex-M4 [MHz], for the time of a step");
+                 "number of samples in a replay or a self-test; fewer for a small flash");
+  options.number("--clock", arguments->clock_mhz, 1.0, 10000.0, "clock of a Cortex-M4 [MHz], for the time of a step");
   options.flag(
       "--check", arguments->check,
-      "compile it with $CC and $CXX (or cc, c++) and replay generated readings first: refuse unless it answers "
-      "as the model does, and C99 and C++ to the bit alike");
-  options.flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds, except what it leaves out");
-  options
-      .value("-o,--output", arguments->output,
-             "file or folder to write, in a folder that is made where there is none; - for stdout")
+      "first compile the export with $CC and $CXX (or cc, c++) and replay generated readings; refuse it unless its "
+      "results agree with the model, and C99 and C++ agree bit for bit");
+  options.flag("-q,--quiet", arguments->quiet,
+               "print nothing if the export succeeds, except parts of the model that it leaves out");
+  options.value("-o,--output", arguments->output, "file or folder to write; missing folders are made; - for stdout")
       ->required();
   command->footer(
       "Examples:\n"
@@ -178,7 +179,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
       "  nlo export model.json --target simplefoc --roles angle=theta,velocity=omega -o ~/Arduino/libraries/motor\n"
       "  nlo export model.json --target fmu -o van_der_pol.fmu                    (with a binary by $CC, or cc)\n"
-      "A folder is replaced only while all of it is as nlo has written it.");
+      "A folder is replaced only if none of its files has been changed.");
   command->callback([arguments, &action] { action = [arguments] { run_export(*arguments); }; });
 }
 

@@ -18,7 +18,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Tells on stderr how a training is going; says nothing if quiet.
+/// Shows the progress of a training on stderr, unless quiet.
 class TrainingDisplay {
  public:
   TrainingDisplay(const Experiment& experiment, const Dataset& training, bool quiet) : experiment_(experiment) {
@@ -31,7 +31,7 @@ class TrainingDisplay {
     if (line_) line_->update(progress);
   }
 
-  /// A further training begins: one without some of the logs, or the one on all of them.
+  /// Begins another training: one without some of the logs, or the training on all of them.
   void begin(const std::string& training) {
     if (!line_) return;
     line_->finish();
@@ -79,7 +79,7 @@ TrainingResult run_round(const Experiment& experiment, const RunData& data, cons
   return result;
 }
 
-/// Adds the runs of a round, in the loop of the observer of the round before.
+/// Adds the runs of a round, in the loop of the observer of the last round.
 void enter_loop(const Experiment& experiment, int round, const codegen::Model& observer, RunData& data) {
   TrainingSets sets = next_round(experiment, {round, &observer}, {std::move(data.training), {}});
   data.training = std::move(sets.training);

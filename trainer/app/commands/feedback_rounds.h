@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trainings of a run: one for each round of [feedback], a single one without it.
+// The trainings of a run: one for each round of [feedback]; one without [feedback].
 #pragma once
 
 #include "trainer/app/commands/run_data.h"
@@ -11,13 +11,13 @@ namespace nlo::trainer {
 
 /// Options and messages of the trainings of a run.
 struct RoundsOptions {
-  bool resume = false;  ///< from the checkpoints in the run's folder
-  bool quiet = false;   ///< no progress on stderr; warnings are printed all the same
+  bool resume = false;  ///< continue from the checkpoints in the run's folder
+  bool quiet = false;   ///< no progress on stderr; warnings are printed anyway
   KnownFacts facts = {};
 };
 
-/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` is that of round
-/// 0, and then that of the round: its runs are added to the training set, its validation runs replace those before.
+/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` is that of round 0
+/// at first. In each round its new runs are added to the training set, and its validation runs are replaced.
 TrainingResult run_rounds(const Experiment& experiment, RunData& data, const RunFolder& folder,
                           const RoundsOptions& options);
 

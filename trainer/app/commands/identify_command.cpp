@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and the errors of filters
-// with the identified plant on the test logs. It also writes the experiment that trains an observer with this plant.
+// nlo identify: finds the parameters of a plant by expressions from logs, with standard errors, and the errors of
+// filters with the identified plant on the test logs. Also writes the experiment that trains an observer with this
+// plant.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,7 +38,7 @@ struct IdentifyArguments {
 
 constexpr const char *kResultFile = "identified.json", *kPriorFile = "prior.toml";
 
-/// A file, or the name of one that the program carries.
+/// Reads a file, or an experiment in the program by its name.
 Identification read_argument(const IdentifyArguments& arguments) {
   std::vector<std::string> overrides = arguments.overrides;
   if (arguments.threads >= 0) overrides.push_back(fmt::format("threads={}", arguments.threads));
@@ -57,7 +58,7 @@ Identification read_argument(const IdentifyArguments& arguments) {
                                                    : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
-/// Refuses to replace files that this identification has not written.
+/// Throws rather than replace a file of another identification.
 void check_result_file(const std::string& file, const std::string& name, bool force) {
   std::error_code ignored;
   if (force || !std::filesystem::exists(file, ignored)) return;
@@ -69,8 +70,8 @@ void check_result_file(const std::string& file, const std::string& name, bool fo
       owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
 }
 
-/// Writes the experiment of a prior. Returns the lines for the user: the command that trains it, or the reason why
-/// there is no file. Keeps a file with another text, which a user may have edited, unless `force` is set.
+/// Writes the experiment of a prior. Returns lines for the user: the command that trains it, or the reason why there is
+/// no file. A file with another text, which a user may have edited, is kept unless `force` is set.
 std::string write_prior(const std::string& file, const Identification& identification,
                         const IdentificationResult& result, const IdentifyArguments& arguments) {
   std::string text;
@@ -133,7 +134,7 @@ void run_identify(const IdentifyArguments& arguments) {
     if (study) fmt::print("\n{}", printable(to_text(*study)));
     fmt::print("\nwritten: {}\n{}", file, printable(prior));
   }
-  if (stop.load()) throw RunFailure("interrupted: the parameters are the best so far; run again for all of it");
+  if (stop.load()) throw RunFailure("interrupted: the parameters are the best so far; run it again to finish");
 }
 
 }  // namespace
@@ -141,7 +142,7 @@ void run_identify(const IdentifyArguments& arguments) {
 void add_identify(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<IdentifyArguments>();
   CLI::App* command = app.add_subcommand(
-      "identify", "Find a plant's parameters from logs, with standard errors, and judge EKF and UKF that know it");
+      "identify", "Find a plant's parameters from logs, with standard errors, and test an EKF and a UKF that use them");
   Options options(*command);
   options.value("IDENTIFICATION", arguments->experiment,
                 "file with [plant], [log] and [identify], or the name of a shipped one");
@@ -149,27 +150,29 @@ void add_identify(CLI::App& app, Action& action) {
   options.directory("-o,--output", arguments->output,
                     "directory for identified.json and prior.toml (default: runs/NAME)");
   options.changes(arguments->overrides);
-  options.value("--threads", arguments->threads, "0: all cores; does not change the result")
+  options.value("--threads", arguments->threads, "number of threads; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024));
-  options.flag("--no-filters", arguments->no_filters, "parameters alone");
+  options.flag("--no-filters", arguments->no_filters, "find the parameters only, test no filters");
   options.flag("--json", arguments->json, "print identified.json instead of tables");
-  options.flag("--force", arguments->force, "replace what another identification left in the directory");
+  options.flag("--force", arguments->force, "replace the results of another identification in the directory");
   options.flag("--help-config", arguments->help_config, "list the keys of [identify] with their defaults and stop");
   std::string names;
   for (const ShippedExperiment& shipped : shipped_identifications())
     names += (names.empty() ? "" : ", ") + std::string(shipped.name);
   command->footer(fmt::format(
-      "Segments of the training logs are simulated, each from an initial state of its own; Levenberg and Marquardt's\n"
-      "method fits the parameters to all of them. Standard errors: s^2 (J'J)^-1, and by segments, which allows for\n"
-      "residuals that are correlated within one. Then EKF and UKF of the plant so found, their Q, R and P0 tuned on "
-      "the\n"
-      "validation logs (the training logs where there are none), a Kalman filter with constant acceleration, and what\n"
-      "needs no plant estimate the test logs. For an angle that no output measures and that may start anywhere,\n"
-      "filters start all around, weighed by their innovations. Operations and functions (sin, tanh, powers, square\n"
-      "roots) per step are counted: the expressions as written at 2 n_x + 1 points by RK4, and the filter's matrices.\n"
-      "prior.toml is an experiment for nlo train: an observer that steps the identified plant (structure = \"prior\"). "
-      "It\n"
-      "is left out, with the reason, if a state is in no column or an output is a function of an input.\n"
+      "The method of Levenberg and Marquardt fits the parameters so that simulations of the plant agree with segments "
+      "of the training logs. Each segment has an initial state of its own. There are two standard errors: s^2 "
+      "(J'J)^-1, and one by segments, which allows for correlated residuals within a segment.\n"
+      "Then these filters estimate the states of the test logs: an EKF and a UKF with the identified plant, a Kalman "
+      "filter with constant acceleration, and baselines that need no plant. Q, R and P0 of EKF and UKF are tuned on "
+      "the validation logs, or on the training logs if there are none. If an angle is not measured and may start "
+      "anywhere, several filters start around the circle, and their innovations weight them. The table also counts the "
+      "operations and functions (sin, tanh, powers, square roots) of a step: those of the expressions at 2 n_x + 1 "
+      "points by RK4, and those of the filter's matrices.\n"
+      "prior.toml is an experiment for nlo train: an observer that steps the identified plant (structure = "
+      "\"prior\").\n"
+      "If a state is in no column or an output is a function of an input, the file is not written, and a line gives "
+      "the reason.\n"
       "Shipped: {}.\n"
       "Examples:\n"
       "  nlo identify qube --data logs\n"

@@ -14,7 +14,7 @@ std::string ignored_inputs(const Experiment& experiment) {
   const TrainableStructure& structure = structure_of(experiment.observer);
   if (structure.flies_inputs() || (experiment.moves_inputs() && structure.reads_inputs())) return "";
   if (!experiment.plant) return "";
-  // A built-in plant may have an input that the user does not want. Leaving it at zero is no mistake.
+  // A built-in plant may have an input that the user does not need. Zero is a valid choice for it.
   if (!experiment.plant->model.empty() && !experiment.moves_inputs()) return "";
   const auto plant = make_plant(*experiment.plant);
   std::string names;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Facts about inputs in a model's provenance, for the report and the exported header: the inputs that its observer is
-// not given, and how old each must be in flight.
+// Facts about inputs in a model's provenance, for the report and the exported header: the inputs that its observer does
+// not get, and the required delay of each input in flight.
 #pragma once
 
 #include <string>
@@ -10,14 +10,15 @@
 
 namespace nlo::trainer {
 
-/// Their names, separated by commas; empty when the structure takes inputs or none are declared: [plant] inputs of
-/// equations, or an [excitation] or a [feedback] of any plant.
+/// Returns their names, separated by commas. Empty if the structure reads inputs, or if there are no inputs: neither
+/// [plant] inputs of equations, nor an [excitation] or [feedback] of any plant.
 std::string ignored_inputs(const Experiment& experiment);
 
-/// One line for stderr about the provenance; empty if there is nothing to say.
+/// Returns one line for stderr about the provenance; may be empty.
 std::string ignored_inputs_note(const codegen::Model& model);
 
-/// How old each input must be in flight, by [[log.columns]] delay_s, in samples; empty where none is delayed.
+/// Returns the required delay of each input in flight, by [[log.columns]] delay_s, in samples; empty if no input is
+/// delayed.
 std::string input_delay(const LogConfig& log, double sample_period_s);
 
 }  // namespace nlo::trainer

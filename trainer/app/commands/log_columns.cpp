@@ -31,7 +31,7 @@ ColumnConfig column_of(const codegen::Channel& channel, ColumnRole role) {
   return column;
 }
 
-/// The headings of a log. Empty if the file does not begin with a table; the log reader reports that error.
+/// Returns the headings of a log. Empty if the file does not start with a table; the log reader reports that error.
 std::vector<std::string> headings_of(const std::string& path, const LogConfig& log) {
   constexpr std::size_t kBeginning = 1 << 16;
   std::ifstream file(path, std::ios::binary);
@@ -47,8 +47,8 @@ std::vector<std::string> headings_of(const std::string& path, const LogConfig& l
   }
 }
 
-/// Whether a state has a column of its own that is not among `headings`. One that is computed from an output is not
-/// asked: that the output is missing is an error.
+/// Returns true if a state has its own column and this is not among `headings`. A state that is computed from an output
+/// has no column of its own; a missing output is an error.
 bool is_absent(const LogConfig& log, const ColumnConfig& column, const std::vector<std::string>& headings) {
   if (column.role != ColumnRole::kState) return false;
   std::string source = column.column;
@@ -78,7 +78,7 @@ const codegen::Channel* channel_of(const codegen::Model& model, const ColumnConf
   }
 }
 
-/// Whether resolve_columns() can derive the unit of a velocity from the unit of its source.
+/// Returns true if resolve_columns() can derive the unit of a velocity from the unit of its source.
 bool derives_from_known_unit(const ColumnConfig& column, const LogConfig& log) {
   return std::any_of(log.columns.begin(), log.columns.end(), [&](const ColumnConfig& source) {
     const bool is_source = source.name == column.derivative_of || source.column == column.derivative_of;
@@ -87,7 +87,7 @@ bool derives_from_known_unit(const ColumnConfig& column, const LogConfig& log) {
   });
 }
 
-/// Columns in the units that the model was trained with.
+/// Converts columns to the units of the model.
 void match_units(const codegen::Model& model, const std::string& file, LogConfig& log,
                  std::vector<std::string>& notes) {
   for (ColumnConfig& column : log.columns) {
@@ -98,7 +98,7 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
       case UnitsAre::kTheSame:
         break;
       case UnitsAre::kConvertible:
-        // A velocity converts with the quantity that it is derived from, where the table has the unit of that.
+        // A velocity is converted together with its source, if the table has the unit of the source.
         if (column.file_unit.empty() && !derives_from_known_unit(column, log)) column.file_unit = column.unit;
         column.unit = channel->unit;
         column.wrap *= units.scale;
@@ -121,7 +121,7 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
   }
 }
 
-/// Adds the outputs that the model computes, from any columns.
+/// Adds the outputs that the model computes, whatever the columns are.
 void add_computed(const codegen::Model& model, LogConfig& log) {
   for (const codegen::Channel& output : model.outputs) {
     if (output.expression.empty()) continue;
@@ -186,7 +186,7 @@ std::optional<Dataset> training_logs_beside(const codegen::Model& model, const E
   try {
     const std::string folder = std::filesystem::path(files.front()).parent_path().string();
     training = load_logs(columns, folder, experiment.log->train_files, &report);
-  } catch (const codegen::Error&) {  // missing or changed
+  } catch (const codegen::Error&) {  // the logs are missing or changed
     return std::nullopt;
   }
   const TrainingLogs remembered = parse_training_logs(fact->second);

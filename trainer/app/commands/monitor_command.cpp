@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo monitor: gives a model the alarms that tell in flight that its estimates are wrong.
+// nlo monitor: adds alarms to a model, which detect in flight that its estimates are wrong.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -40,7 +40,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// "innovation_mean"; "" for none.
+/// Returns "innovation_mean" and so on; "" without an alarm.
 const char* alarm_name(nlo::Alarm alarm) {
   constexpr std::array<const char*, 8> kNames = {"",
                                                  "innovation_mean",
@@ -53,9 +53,10 @@ const char* alarm_name(nlo::Alarm alarm) {
   return kNames[static_cast<std::size_t>(alarm)];
 }
 
-constexpr double kEnoughAlarms = 3.0;  // expected on the test logs, for their rate to tell anything
+// Expected number on the test logs; with fewer alarms their rate is not significant.
+constexpr double kEnoughAlarms = 3.0;
 
-/// The faults of sensors that harm without an alarm, one line each; they come first.
+/// Returns one line for each sensor fault that does harm without an alarm. These lines come first.
 std::string undetected_text(const std::vector<FaultRow>& faults) {
   std::string text;
   for (const FaultRow& row : faults)
@@ -178,7 +179,7 @@ constexpr int kFitRuns = 100;
 constexpr double kMostSamples = 4e6;  // samples of the runs for the limits
 constexpr int kFewestLimitRuns = 30;  // slow plants: 210 time constants in all
 constexpr int kChunk = 64;            // runs in memory together
-constexpr int kTrialRuns = 24;        // runs on which the gate is tried
+constexpr int kTrialRuns = 24;        // runs for the trial of the gate
 constexpr Eigen::Index kMostTrialSamples = 20000;
 constexpr std::uint64_t kTrialSeed = 0x67617465ULL;
 constexpr std::uint64_t kFitSeed = 0x6d6f6e69ULL, kCleanSeed = kFitSeed + 1, kLimitSeed = kFitSeed + 1000;
@@ -199,15 +200,14 @@ std::vector<NoiseConfig> noises_of(const MonitorArguments& arguments, const Expe
   return {noise};
 }
 
-/// Hours of runs, fewer where that were too many samples.
+/// Returns the hours of runs, or fewer if they had too many samples.
 double affordable_hours(double hours, double sample_period_s) {
   return std::min(hours, kMostSamples * sample_period_s / kHour);
 }
 
-/// No training is at work in the folder while the model is written,
-/// and one that has been since `read` was read is kept.
+/// Writes the model while no training uses the folder. If the model has changed since `read` was read, it is kept.
 void write(const codegen::Model& model, const std::string& output, const std::string& origin, const std::string& read) {
-  constexpr auto kPatience = std::chrono::seconds(2);  // another monitor is written in the meantime
+  constexpr auto kPatience = std::chrono::seconds(2);  // time in which another `nlo monitor` may write
   const std::filesystem::path folder = std::filesystem::path(output).parent_path();
   DirectoryLock lock;
   lock.take(folder.empty() ? "." : folder.string(), kPatience);
@@ -219,8 +219,8 @@ void write(const codegen::Model& model, const std::string& output, const std::st
   }
 }
 
-/// Chooses the time constant and the rate of false alarms unless the user has. Returns notes on
-/// unusual values. Throws codegen::Error for a rate that averages over so long a time cannot have.
+/// Chooses the time constant and the rate of false alarms unless the user has. Returns notes on unusual values. Throws
+/// codegen::Error for a rate that is not possible with averages over so long a time.
 std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Model& model, const SensedRuns& runs,
                                       bool recorded) {
   TimeConstant chosen{request.time_constant_s};
@@ -233,7 +233,7 @@ std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Mo
   const double per_hour = kHour / chosen.seconds;
   if (request.false_alarms_per_hour > kMost * per_hour)
     throw codegen::Error(fmt::format(
-        "--false-alarms-per-hour {}: alarms last for about a time constant, here {:.3g} s, so that is most of "
+        "--false-alarms-per-hour {}: an alarm lasts about a time constant, here {:.3g} s, so that is most of "
         "the time; ask for at most {:.3g}",
         request.false_alarms_per_hour, chosen.seconds, kMost * per_hour));
   if (request.false_alarms_per_hour > 0.0) return notes;
@@ -269,8 +269,8 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
   return fitted;
 }
 
-/// Predictions and the gate from training logs; limits from those and the validation logs: the hours that there are.
-/// The gate is tried on the validation logs, which did not set it.
+/// Fits predictions and the gate on training logs, and limits on these and the validation logs. The gate is tried on
+/// the validation logs, which were not used to set it.
 FittedMonitor monitor_of_logs(const codegen::Model& model, const LogSplits& splits, MonitorRequest& request) {
   Dataset logs = splits.train;
   logs.uniform = logs.uniform && splits.validation.uniform;
@@ -291,12 +291,10 @@ void run_monitor(MonitorArguments arguments) {
   Experiment experiment = experiment_of(model, arguments.model);
   experiment.threads = arguments.request.threads;
   if (experiment.log && arguments.data.empty())
-    throw codegen::Error(
-        fmt::format("{}: was trained on logs, which a monitor is made from too; name their directory: --data DIR",
-                    arguments.model));
+    throw codegen::Error(fmt::format(
+        "{}: was trained on logs, which a monitor needs, too; name their directory: --data DIR", arguments.model));
   if (experiment.log && (!arguments.noise.empty() || !arguments.conditions.empty()))
-    throw codegen::Error(
-        "--noise and --conditions are about plants that are simulated; this model was trained on logs");
+    throw codegen::Error("--noise and --conditions are for simulated plants, but this model was trained on logs");
   if (!experiment.log && !arguments.data.empty())
     throw codegen::Error(fmt::format("--data: {} was trained on a simulated [plant]; leave it out", arguments.model));
   const std::string output = arguments.output.empty() ? arguments.model : arguments.output;
@@ -308,7 +306,7 @@ void run_monitor(MonitorArguments arguments) {
     noises = noises_of(arguments, experiment);
     set = arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
     std::vector<std::string> left_out;
-    (void)compared_conditions(experiment, set, left_out);  // its refusals come first
+    (void)compared_conditions(experiment, set, left_out);  // reports its errors before the long work
   }
   constexpr double kQuickHours = 1.0;
   constexpr int kQuickRuns = 20;
@@ -355,37 +353,36 @@ void run_monitor(MonitorArguments arguments) {
 
 void add_monitor(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<MonitorArguments>();
-  CLI::App* command = app.add_subcommand(
-      "monitor", "Give a model a monitor: alarms, in flight, when its estimates are not to be trusted");
+  CLI::App* command =
+      app.add_subcommand("monitor", "Add a monitor to a model: alarms in flight when its estimates are wrong");
   Options options(*command);
-  options.value("MODEL", arguments->model, "model.json of nlo train; it gets the monitor, in place of one that it has")
-      ->required();
-  options.directory("--data", arguments->data, "directory of the logs it was trained on");
+  options.value("MODEL", arguments->model, "model.json of nlo train; a monitor that it has is replaced")->required();
+  options.directory("--data", arguments->data, "directory of its training logs");
   options
       .value(
           "--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
-          "false alarms in an hour of the plant's time, with sensors and plant as in training (default: 1, or 1 in 100 "
-          "time constants where that is fewer)",
+          "false alarms per hour of the plant's time, if sensors and plant are as in training (default: 1, or 1 in 100 "
+          "time constants if that is less)",
           "N")
       ->check(CLI::Range(1e-3, 1e3));
   options
       .value("--time-constant", arguments->request.time_constant_s,
-             "time constant of the averages [s] (default: of the slowest mode, or the period of the outputs)", "S")
+             "time constant of the averages [s] (default: that of the slowest mode, or the period of the outputs)", "S")
       ->check(CLI::Range(1e-9, 1e9));
   options.value("--noise", arguments->noise, "noise of the sensors in flight (default: that of the training)");
   options.number("--hours", arguments->hours, 1e-3, 1e4,
-                 "hours of simulated runs that set the limits; at most 4 million samples");
+                 "hours of simulated runs for the limits; at most 4 million samples");
   options.value("--conditions", arguments->conditions,
-                "conditions to test it under, as for nlo evaluate (default: twenty that fit any plant)", "FILE.toml");
-  options.number("--runs", arguments->runs, 0, 100000, "test runs of each condition; 0: no test");
+                "conditions of the test, as for nlo evaluate (default: twenty that fit any plant)", "FILE.toml");
+  options.number("--runs", arguments->runs, 0, 100000, "number of test runs of each condition; 0: no test");
   options.seed(arguments->seed, "seed of the test runs");
   options.flag("--quick", arguments->quick,
                "at most an hour of runs for the limits, and 20 test runs of each condition");
   options.threads(arguments->request.threads);
   options.value("-o,--output", arguments->output, "file for the model with its monitor (default: MODEL)", "FILE.json");
-  options.flag("--dry-run", arguments->dry_run, "print the table, write no model");
+  options.flag("--dry-run", arguments->dry_run, "print the table, but write no model");
   options.flag("--accept-undetected", arguments->accept_undetected,
-               "exit with 0 although a dead, frozen or zero sensor raises no alarm");
+               "exit with 0 even if a dead, frozen or zero sensor raises no alarm");
   options.flag("--json", arguments->json, "one JSON object instead of the table");
   command->footer(
       "Examples:\n"

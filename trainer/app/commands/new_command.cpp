@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo new: an experiment file with comments, to begin from: of a plant by equations, or of logs as they are.
+// nlo new: writes an experiment file with comments as a start, for a plant by equations or for logs.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,7 +35,7 @@ struct NewArguments {
   bool force = false;
 };
 
-/// Name of the experiment: the file's name as an identifier.
+/// Returns the name of the experiment: the name of the file as an identifier.
 std::string name_of(const std::string& output) {
   if (is_stdout(output)) return "my_experiment";
   std::string name = fs::path(output).stem().string();
@@ -44,7 +44,7 @@ std::string name_of(const std::string& output) {
   return codegen::is_identifier(name) ? name : "my_experiment";
 }
 
-/// A folder stands for all logs in it.
+/// Replaces a folder by all logs in it.
 std::vector<std::string> log_patterns(const std::vector<std::string>& files) {
   std::vector<std::string> patterns;
   std::error_code ignored;
@@ -60,7 +60,7 @@ std::string log_command(const NewArguments& arguments) {
   return command;
 }
 
-/// Table of the guesses, column by column.
+/// Returns a table of the guesses, column by column.
 std::string table_of(const GuessedLog& log) {
   Table table{{"column", "role", "unit", "from", "to"}};
   std::vector<std::string> why;
@@ -72,7 +72,7 @@ std::string table_of(const GuessedLog& log) {
     why.push_back(column.why);
   }
   std::string text = table.to_text(2);
-  // The reasons stand behind their rows: a heading, a rule, then a line for each column.
+  // Reasons follow their rows. The rows come after a heading and a rule.
   constexpr std::size_t kAboveRows = 2;
   std::string result;
   std::size_t line = 0;
@@ -97,11 +97,11 @@ std::string clock_text(const GuessedClock& clock) {
 /// Returns products of channels that help on the training logs, if the guessed roles can be read.
 std::vector<FoundProduct> products_of(const std::string& text, const GuessedLog& log) {
   if (!log.undecided().empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0) return {};
-  if (log.train.size() < kFewestProductLogs) return {};  // before they are read
+  if (log.train.size() < kFewestProductLogs) return {};  // before the logs are read
   try {
     const Experiment experiment = parse_draft(text, "").experiment;
     return find_products(load_logs(*experiment.log, log.directory, log.train));
-  } catch (const codegen::Error&) {  // nlo train says it better, of the file that is written
+  } catch (const codegen::Error&) {  // nlo train reports it for the written file, with a better message
     return {};
   }
 }
@@ -118,7 +118,7 @@ std::string product_text(const FoundProduct& product) {
 
 void run_new_log(const NewArguments& arguments) {
   if (arguments.files.empty())
-    throw codegen::Error("nlo new log: name the logs it is to look at: nlo new log run1.csv run2.csv, or their folder");
+    throw codegen::Error("nlo new log: give the logs: nlo new log run1.csv run2.csv, or their folder");
   const GuessedLog log = guess_log(log_patterns(arguments.files), arguments.hints);
   const std::string command = log_command(arguments),
                     train = fmt::format("nlo train {} --data {}", shell_word(arguments.output),
@@ -137,9 +137,8 @@ void run_new_log(const NewArguments& arguments) {
   const std::vector<std::string> undecided = log.undecided();
   if (!undecided.empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0)
     said += fmt::format(
-        "\nNumbers do not tell which columns a sensor gives in flight and which are a truth that only a log has. Set "
-        "the\n"
-        "roles in {}, or say it:\n  {} --force --outputs A,B --inputs C --states D,E\n",
+        "\nNumbers do not show which columns are measured in flight and which are truth that only a log has. Set the\n"
+        "roles in {}, or give them here:\n  {} --force --outputs A,B --inputs C --states D,E\n",
         arguments.output, command);
   said += fmt::format("\nwritten  {}; look at what it guessed, then:\n  {}\n", arguments.output, train);
   fmt::print("{}", printable(said));
@@ -149,13 +148,12 @@ void run_new(NewArguments arguments) {
   const bool is_log = arguments.kind == "log";
   if (!is_log && (!arguments.files.empty() || !arguments.hints.states.empty() || !arguments.hints.outputs.empty() ||
                   !arguments.hints.inputs.empty() || arguments.hints.period_s > 0.0))
-    throw codegen::Error(
-        "nlo new plant: takes no logs and says nothing of columns; for logs write nlo new log FILE.csv");
+    throw codegen::Error("nlo new plant: accepts no logs and no columns; for logs write nlo new log FILE.csv");
   if (arguments.output.empty()) arguments.output = is_log ? "log.toml" : "plant.toml";
   check_output_file(arguments.output);
   std::error_code ignored;
   if (!is_stdout(arguments.output) && !arguments.force && fs::exists(arguments.output, ignored))
-    throw codegen::Error(fmt::format("{}: is there already; write another one with -o FILE, or replace it with --force",
+    throw codegen::Error(fmt::format("{}: exists already; write another file with -o FILE, or replace it with --force",
                                      arguments.output));
   if (is_log) return run_new_log(arguments);
   run_phase([&] { write_output_file(arguments.output, plant_template(name_of(arguments.output), arguments.output)); });
@@ -168,26 +166,24 @@ void run_new(NewArguments arguments) {
 
 void add_new(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<NewArguments>();
-  CLI::App* command = app.add_subcommand("new", "Write an experiment file to begin from, of a plant or of logs");
+  CLI::App* command = app.add_subcommand("new", "Write a first experiment file for a plant or for logs");
   Options options(*command);
-  options.value("KIND", arguments->kind, "plant: a template of equations; log: from what stands in the FILES")
+  options.value("KIND", arguments->kind, "plant: a template with equations; log: guesses from the FILES")
       ->required()
       ->check(CLI::IsMember({"plant", "log"}));
   options.value("FILES", arguments->files, "log: CSV files of one rig, or their folder");
   options.value("-o,--output", arguments->output, "file to write (plant.toml, log.toml); - for stdout");
-  options.list("--outputs", arguments->hints.outputs, "log: columns that sensors give in flight", "COLUMN,...");
-  options.list("--inputs", arguments->hints.inputs, "log: columns that a controller commands or knows in flight",
+  options.list("--outputs", arguments->hints.outputs, "log: columns that are measured in flight", "COLUMN,...");
+  options.list("--inputs", arguments->hints.inputs, "log: columns that the controller commands or knows in flight",
                "COLUMN,...");
-  options.list("--states", arguments->hints.states, "log: columns of the truth, which is to be estimated",
+  options.list("--states", arguments->hints.states, "log: columns of the truth, which the observer estimates",
                "COLUMN,...");
-  options
-      .value("--period", arguments->hints.period_s, "log: seconds between rows, where no column is a time", "SECONDS")
+  options.value("--period", arguments->hints.period_s, "log: seconds between rows, if no column is a time", "SECONDS")
       ->check(CLI::PositiveNumber);
   options.flag("--force", arguments->force, "replace the file");
   command->footer(
-      "Roles, units, wraps of angles, the clock, separators and a split into training, validation and test are "
-      "guessed\n"
-      "from headings and numbers; each guess says why, on stdout and in the file.\n"
+      "Roles, units, wraps of angles, the clock, separators and a split into training, validation and test are guessed "
+      "from headings and numbers. The reason for each guess is printed and written into the file.\n"
       "Examples:\n"
       "  nlo new plant -o pendulum.toml\n"
       "  nlo new log logs/run*.csv -o rig.toml\n"

@@ -8,7 +8,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// The words of "TEXT:{ekf,constant}", CLI11's name of the type of an option that takes only those.
+/// Returns the words of "TEXT:{ekf,constant}", CLI11's type name of an option with fixed values.
 std::vector<std::string> members_in(const std::string& type) {
   const auto open = type.find('{'), close = type.rfind('}');
   std::vector<std::string> members;
@@ -21,7 +21,7 @@ std::vector<std::string> members_in(const std::string& type) {
   return members;
 }
 
-/// "1 to 100" of "INT in [1 - 100]", CLI11's name of the type of a number in a range.
+/// Returns "1 to 100" for "INT in [1 - 100]", CLI11's type name of a number in a range.
 std::string range_in(const std::string& type) {
   const auto open = type.find(" in ["), middle = type.find(" - ", open), close = type.find(']', open);
   if (open == std::string::npos || middle == std::string::npos || close == std::string::npos || middle > close)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An option of the command line as --help shows it, read from CLI11's own tables.
+// Facts about an option of the command line for --help, read from CLI11's tables.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,8 +12,8 @@ namespace nlo::trainer {
 struct OptionFacts {
   std::string value;                       ///< word for the value in --help: "TEXT", "DIR"; empty for a flag
   std::vector<std::string> members;        ///< the allowed values; empty: not listed
-  std::string range;                       ///< "1 to 100" for a number; empty: none
-  std::string fallback;                    ///< default value; empty: none to show
+  std::string range;                       ///< "1 to 100" for a number; empty: no range
+  std::string fallback;                    ///< default value; empty: not shown
   bool required = false, repeats = false;  ///< repeats: takes several values
   std::string description;
 };

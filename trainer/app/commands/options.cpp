@@ -32,7 +32,7 @@ std::string check_minutes(const std::string& text) {
 
 void Options::experiment(ExperimentArgument& to) {
   changes(to.overrides);
-  value("--seed", to.seed, "seed in place of the file's")->check(check_seed);
+  value("--seed", to.seed, "replaces the seed of the file")->check(check_seed);
   value("--threads", to.threads, kThreads);
 }
 

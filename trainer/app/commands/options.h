@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The options of a command, a statement for each: name, variable, meaning. Options of several commands
-// are defined here once.
+// The options of a command, one statement each: name, variable, meaning. Options of several commands are defined here
+// once.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,8 +11,8 @@
 
 namespace nlo::trainer {
 
-/// Checks of options, for CLI11: empty if the text is fine, else the expected form. CLI11's own let -1 wrap round to a
-/// big unsigned number, and NaN through every range.
+/// Checks of options for CLI11. They return an empty text for a valid value, otherwise the expected form. CLI11's own
+/// checks convert -1 to a large unsigned number, and accept NaN in every range.
 std::string check_seed(const std::string& text);
 std::string check_scale(const std::string& text);
 std::string check_minutes(const std::string& text);
@@ -32,26 +32,26 @@ class Options {
     return type.empty() ? option : option->type_name(type);
   }
 
-  /// One whose help shows its default.
+  /// Adds an option whose help shows its default.
   template <class T>
   CLI::Option* shown(const std::string& name, T& to, const std::string& meaning, const std::string& type = "") {
     return value(name, to, meaning, type)->capture_default_str();
   }
 
-  /// A number from `low` to `high`, with its default.
+  /// Adds a number from `low` to `high`, with its default.
   template <class T>
   CLI::Option* number(const std::string& name, T& to, T low, T high, const std::string& meaning) {
     return shown(name, to, meaning)->check(CLI::Range(low, high));
   }
 
-  /// May be given several times, a value each.
+  /// Adds an option that may be given several times, with one value each.
   template <class T>
   CLI::Option* repeated(const std::string& name, std::vector<T>& to, const std::string& meaning,
                         const std::string& type = "") {
     return value(name, to, meaning, type)->allow_extra_args(false);
   }
 
-  /// Values with commas between.
+  /// Adds an option with values separated by commas.
   template <class T>
   CLI::Option* list(const std::string& name, std::vector<T>& to, const std::string& meaning,
                     const std::string& type = "") {
@@ -72,11 +72,11 @@ class Options {
     return value(name, to, meaning, "DIR");
   }
 
-  /// --set, --seed and --threads, which override an experiment.
+  /// Adds --set, --seed and --threads, which override an experiment.
   void experiment(ExperimentArgument& to);
 
  private:
-  static constexpr const char* kThreads = "0: all cores; does not change the result";
+  static constexpr const char* kThreads = "number of threads; 0: all cores; does not affect the result";
   static constexpr const char* kSet = "SECTION.KEY=VALUE instead of what the file says; may be repeated";
 
   CLI::App& command_;

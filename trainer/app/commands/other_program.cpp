@@ -15,7 +15,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// Replaces this program by the one beside it, with all arguments but the first and that at `command`.
+/// Replaces this program by another one in the same folder, with all arguments except the first and the one at
+/// `command`.
 [[noreturn]] void become(const std::string& name, const std::string& command_name, std::vector<char*> arguments,
                          std::size_t command) {
   std::string program = std::filesystem::read_symlink("/proc/self/exe").replace_filename(name).string();

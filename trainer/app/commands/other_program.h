@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands that are programs of their own, beside nlo, which users of observers need not build.
+// Commands that are separate programs in the folder of nlo. Users of observers need not build them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,9 +7,9 @@
 
 namespace nlo::trainer {
 
-/// Makes `command` of nlo, once it is parsed, replace this process by `program` beside it, with all arguments behind
-/// the command. The other program parses them, and prints the help.
-/// Throws codegen::Error, with how to build it, where the program cannot be started.
+/// Makes `command` of nlo replace this process by `program` in the same folder, with all arguments after the command.
+/// The other program parses them and prints the help. Throws codegen::Error, with the build command, if the program
+/// cannot be started.
 void becomes(CLI::App& command, const std::string& program, int argc, char** argv);
 
 }  // namespace nlo::trainer

@@ -16,7 +16,7 @@ namespace {
   constexpr std::string_view kMessage =
       "nlo: error: not enough memory; for a training take fewer or shorter trajectories, or fewer --threads\n";
   static std::atomic<bool> said{false};
-  while (said.exchange(true)) ::pause();  // another thread is saying it, and ends this one too
+  while (said.exchange(true)) ::pause();  // another thread prints the message and ends the program
   const ssize_t ignored = ::write(STDERR_FILENO, kMessage.data(), kMessage.size());
   static_cast<void>(ignored);
   std::_Exit(1);

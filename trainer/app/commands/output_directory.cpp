@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The directory itself, or the nearest one above it that exists: where it would be made.
+/// Returns the directory itself, or the nearest existing one above it, in which it would be made.
 fs::path nearest_existing(fs::path path) {
   std::error_code ignored;
   path = fs::absolute(path, ignored);

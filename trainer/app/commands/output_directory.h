@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The output directory of a command. It is checked before anything is computed and created only when there is
-// something to write.
+// The output directory of a command. It is checked before anything is computed, and made only when there is something
+// to write.
 #pragma once
 
 #include <string>
@@ -10,38 +10,39 @@
 
 namespace nlo::trainer {
 
-/// Throws codegen::Error when the directory cannot be made or written to, or when it is "-": stdout is no folder.
+/// Throws codegen::Error if the directory cannot be made or written to, or if it is "-", because stdout is not a
+/// folder.
 void check_output_directory(const std::string& path);
 
-/// Makes the directory with its parents. Throws codegen::Error.
+/// Makes the directory with its parents. Throws codegen::Error if that fails.
 void make_output_directory(const std::string& path);
 
-/// A directory that no other nlo writes to as long as the object lives.
+/// A directory that no other nlo can write to while the object exists.
 class OutputDirectory {
  public:
-  /// Checks the directory, makes it and locks it. Throws as check_output_directory() does, RunFailure when it cannot be
-  /// made, codegen::InputError while another program holds the lock.
+  /// Checks, makes and locks the directory. Throws like check_output_directory(), RunFailure if it cannot be made, and
+  /// codegen::InputError if another program holds the lock.
   explicit OutputDirectory(const std::string& path);
 
   OutputDirectory(const OutputDirectory&) = delete;
   OutputDirectory& operator=(const OutputDirectory&) = delete;
 
-  /// Removes the directories that the constructor made if nothing was written into them.
+  /// Removes the directories that the constructor has made, if they are still empty.
   ~OutputDirectory();
 
  private:
-  std::vector<std::string> made_;  ///< by the constructor, the deepest first
+  std::vector<std::string> made_;  ///< directories made by the constructor, deepest first
   DirectoryLock lock_;
 };
 
-/// "-", which stands for stdout where a command writes one file; nothing else goes there then.
+/// Returns true for "-", which stands for stdout in a command that writes one file. Then nothing else is printed there.
 bool is_stdout(const std::string& output);
 
-/// Throws codegen::Error when `file` cannot be made: no such directory (unless `makes_folder`: the command makes it),
-/// or itself a directory. Stdout always can.
+/// Throws codegen::Error if `file` cannot be made: its directory does not exist (unless `makes_folder`: the command
+/// makes it), or it is a directory itself. Stdout is always possible.
 void check_output_file(const std::string& file, bool makes_folder = false);
 
-/// Makes the folder that `file` lies in. Throws codegen::Error.
+/// Makes the folder of `file`. Throws codegen::Error if that fails.
 void make_folder_of(const std::string& file);
 
 /// Replaces `file`, or writes to stdout.

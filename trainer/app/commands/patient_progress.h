@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Progress on stderr for work that is mostly short: at once on a terminal, elsewhere only once it has taken two
-// seconds, so that the log of a quick command stays empty.
+// Progress on stderr for work that is usually short: at once on a terminal; elsewhere only after two seconds, so that
+// the log of a quick command stays empty.
 #pragma once
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ class PatientProgress {
         [share, what](bool) { return fmt::format("{:.0f} %: {}", 100.0 * share, what); });
   }
 
-  /// Before anything else is printed.
+  /// Ends the progress line. Call it before anything else is printed.
   void finish() { line_.finish(); }
 
  private:

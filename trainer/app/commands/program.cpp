@@ -26,8 +26,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// CLI11's own help with its right column wrapped, and "INT=20" with "1 to 100" behind the description in place of
-/// "INT:INT in [1 - 100]=20".
+/// CLI11's own help with a wrapped right column. "INT:INT in [1 - 100]=20" is shown as "INT=20", with "1 to 100" behind
+/// the description.
 class HelpFormatter : public CLI::Formatter {
  public:
   explicit HelpFormatter(std::size_t width) : width_(width) {}
@@ -45,8 +45,8 @@ class HelpFormatter : public CLI::Formatter {
   std::size_t width_;
 };
 
-/// Columns for text on stdout: those of its terminal, or of the environment's COLUMNS,
-/// 100 where neither is known; 60 at least.
+/// Returns the columns for text on stdout: those of its terminal, otherwise COLUMNS of the environment, otherwise 100;
+/// at least 60.
 std::size_t help_width() {
   constexpr long kNarrowest = 60, kWidest = 1000, kUnknown = 100;
   winsize terminal{};
@@ -57,8 +57,8 @@ std::size_t help_width() {
   return static_cast<std::size_t>(columns <= 0 ? kUnknown : std::clamp(columns, kNarrowest, kWidest));
 }
 
-/// `text` with line breaks in place of spaces, no line longer than `width` but for a word that is;
-/// breaks that it has stay.
+/// Replaces spaces by line breaks so that no line is longer than `width`, except a single long word. Keeps the line
+/// breaks of `text`.
 std::string wrapped(const std::string& text, std::size_t width) {
   std::string result;
   std::istringstream lines(text);
@@ -127,13 +127,13 @@ int complain(const char* what, int code) {
   return code;
 }
 
-/// The chosen subcommand, or the program.
+/// Returns the chosen subcommand, or the program.
 CLI::App& chosen(CLI::App& app) {
   const auto commands = app.get_subcommands();
   return commands.empty() ? app : *commands.front();
 }
 
-/// CLI11's message, with the nearest name for an unknown command or option.
+/// Returns CLI11's message, with the nearest name for an unknown command or option.
 std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
   CLI::App& command = chosen(app);
   std::vector<std::string> known;

@@ -8,9 +8,9 @@
 
 namespace nlo::trainer {
 
-/// Reads the command line of the program `name` and executes it. `add` gives the program its options and
-/// commands, and chooses the action, at once or when a command is parsed. Returns the exit code; results are on stdout,
-/// an error is one line on stderr. No strings: an allocation that fails before it is called is not told.
+/// Reads the command line of the program `name` and executes it. `add` adds options and commands, and sets the action,
+/// at once or when a command is parsed. Returns the exit code. Results go to stdout, an error is one line on stderr.
+/// The arguments are not strings, because a failed allocation before the call would not be reported.
 int run_program(int argc, char** argv, const char* name, const char* description,
                 const std::function<void(CLI::App& app, Action& action)>& add);
 

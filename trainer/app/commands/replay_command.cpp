@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo replay: a recorded flight, given again to the arithmetic that flew.
+// nlo replay: replays a recorded flight with the arithmetic that flew.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -110,7 +110,7 @@ void run_replay(const ReplayArguments& arguments) {
   auto* const to = is_stdout(arguments.output) && !arguments.output.empty() ? stderr : stdout;
   if (difference) report += difference_text(log, compare, *difference, answers, model.sample_period_s, flown.single());
   fmt::print(to, "{}", printable(report));
-  if (difference) throw RunFailure(fmt::format("{} is not what {} answers", log.file, arguments.model));
+  if (difference) throw RunFailure(fmt::format("{} differs from the results of {}", log.file, arguments.model));
 }
 
 }  // namespace
@@ -118,31 +118,31 @@ void run_replay(const ReplayArguments& arguments) {
 void add_replay(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
-      app.add_subcommand("replay", "Reproduce a recorded flight bit for bit, and tell the first difference");
+      app.add_subcommand("replay", "Reproduce a recorded flight bit for bit, or print the first difference");
   Options options(*command);
   options.value("MODEL", arguments->model, "model.json that flew")->required();
   options
       .value("LOG", arguments->log,
-             "CSV with a row for each step: the readings as step() was given them, NAME_hat of each state, and if "
-             "logged dt, status and in_domain")
+             "CSV with a row for each step: the arguments of step(), NAME_hat of each state, and optionally dt, status "
+             "and in_domain")
       ->required();
   options.shown("--target", arguments->flown.target,
-                "what flew: c99 (also for single and the deterministic policy), or cpp (the fast policy, whose bits "
-                "are those of this processor, compiler and flags)");
-  options.shown("--scalar", arguments->flown.scalar, "of the export that flew: float, double or int16");
-  options.shown("--weights", arguments->flown.weights, "of the export that flew (cpp): float, bf16 or fp16");
-  options.value("--max-error", arguments->flown.max_error, "of the export that flew (cpp)", "VALUE");
+                "target of the export that flew: c99 (also for single and the deterministic policy), or cpp (the fast "
+                "policy, whose bits depend on processor, compiler and flags)");
+  options.shown("--scalar", arguments->flown.scalar, "--scalar of that export: float, double or int16");
+  options.shown("--weights", arguments->flown.weights, "--weights of that export (cpp): float, bf16 or fp16");
+  options.value("--max-error", arguments->flown.max_error, "--max-error of that export (cpp)", "VALUE");
   options.value("--compiler", arguments->flown.compiler,
                 "compiler and flags (default: cc -O1 for c99, c++ -O2 for cpp)", "WORDS");
-  options.repeated("--column", arguments->columns, "the log's heading of a reading, an estimate, dt or status",
+  options.repeated("--column", arguments->columns, "heading of a reading, an estimate, dt or status in the log",
                    "NAME=HEADING");
-  options.flag("--warm-start", arguments->warm_start, "the first row was given to warm_start()");
-  options.value("-o,--output", arguments->output, "write what the replay estimates as CSV; - for stdout");
+  options.flag("--warm-start", arguments->warm_start, "the first row was the argument of warm_start()");
+  options.value("-o,--output", arguments->output, "write the estimates of the replay as CSV; - for stdout");
   command->footer(
       "Examples:\n"
       "  nlo replay model.json flight.csv\n"
       "  nlo replay model.json flight.csv --scalar int16 --column x2_hat=velocity -o again.csv\n"
-      "Exit codes: 0 the same, 1 it differs, 2 wrong usage or input, or no compiler.");
+      "Exit codes: 0 if all bits agree, 1 if they differ, 2 for wrong usage or input, or without a compiler.");
   command->callback([arguments, &action] { action = [arguments] { run_replay(*arguments); }; });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo report: report.html of a run again, with more tests than training did, or with the control loop that ran since.
+// nlo report: writes the report.html of a run again, with more tests than training did, or with the control loop that
+// has run since.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -37,7 +38,7 @@ void run_report(ReportArguments arguments) {
     if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
     report = run_phase([&] { return report_on_plant(model, experiment, arguments.test); });
   } else {
-    if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
+    if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; name their directory: --data DIR");
     const LogSplits splits = load_log_splits(*experiment.log, arguments.data, mirrored_channels(experiment));
     report = run_phase(
         [&] { return report_on_logs(model, experiment, splits.train, logs_to_report_on(splits), splits.report); });
@@ -52,9 +53,9 @@ void add_report(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "Write the report.html of a run again");
   Options options(*command);
-  options.value("DIR", arguments->directory, "directory that nlo train wrote")->required();
+  options.value("DIR", arguments->directory, "output directory of nlo train")->required();
   options.repeated("--noise", arguments->noises,
-                   "noise, as for nlo evaluate; may be repeated (default: none, and that of the training)");
+                   "noise, as for nlo evaluate; may be repeated (default: no noise, and the noise of the training)");
   options.list("--against", arguments->test.against, "alternatives: ekf, ukf, mhe, high_gain (know the plant exactly)")
       ->check(CLI::IsMember(alternative_names()));
   options.seed(arguments->test.seed, "seed of the initial states and the noise");

@@ -21,7 +21,8 @@ namespace nlo::trainer {
 
 namespace {
 
-/// A draft's runs keep their transient: it is as long as the eigenvalues say, which are not known yet.
+/// Returns the experiment without cutting off the transient, whose length depends on eigenvalues that are not known
+/// yet.
 Experiment with_known_transient(const PreparedRun& run) {
   Experiment experiment = run.experiment;
   if (run.derived) experiment.training.transient = Transient::kKeep;
@@ -62,7 +63,7 @@ void simulate_and_derive(const DraftExperiment& draft, const std::string& direct
   if (!quiet) fmt::print(stderr, "{}", printable(recipe.text));
   run.experiment = std::move(recipe.experiment);
   if (run.experiment.training.transient == Transient::kKeep) return;
-  run.data = {};  // two copies of a log of many rows are large
+  run.data = {};  // two copies of a log of many rows would be large
   run.data = run.experiment.plant ? simulate(run.experiment) : logged_data(run.experiment, directory, true);
 }
 
@@ -87,7 +88,7 @@ RunData logged_data(const Experiment& experiment, const std::string& directory, 
                experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
   const bool drops = experiment.training.transient == Transient::kDrop;
   const ReportedLogs reported = logs_to_report_on(splits);
-  Dataset judged;  // a log of many rows is large: it is copied only where its transient is dropped
+  Dataset judged;  // a log of many rows is large; it is copied only if its transient is dropped
   std::string split = reported.split;
   if (split == "test")
     judged = std::move(splits.test);

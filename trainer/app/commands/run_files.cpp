@@ -24,16 +24,16 @@
 namespace nlo::trainer {
 namespace {
 
-/// CSV with a heading, a row per sample:
+/// Returns CSV with a heading and a row per sample:
 ///   time              of the run [s]
 ///   step_s            dt of step(); 0: the sample period
-///   OUTPUT...         as measured, angles within half a turn of 0; nan where it is missing
+///   OUTPUT...         as measured, angles within half a turn of 0; nan if missing
 ///   INPUT...          as given
-///   STATE_estimate... x_hat as it is: of an angle any turn
-///   in_domain         1 where z lies in the training domain
-///   STATE_truth...    angles within half a turn of 0; nan where it is masked or not known
+///   STATE_estimate... x_hat; an angle may have any turn
+///   in_domain         1 if z is in the training domain
+///   STATE_truth...    angles within half a turn of 0; nan if masked or unknown
 /// `run` was estimated by `model`, `uniform_steps` as there (evaluate.h).
-///   unscored  names of states that the run has no truth of: it then has all_estimates
+///   unscored  names of states without truth in the run; it then has all_estimates
 std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps,
                           const std::vector<std::string>& unscored) {
   std::string text = "time,step_s";
@@ -43,7 +43,8 @@ std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, 
   text += ",in_domain";
   for (const Channel& state : model.states) text += "," + state.name + "_truth";
   text += "\n";
-  const auto append = [&text](double value) { text += fmt::format(",{:.9g}", value); };  // tells every float apart
+  // Enough digits to distinguish all floats.
+  const auto append = [&text](double value) { text += fmt::format(",{:.9g}", value); };
   const auto as_shown = [](double value, const Channel& channel) {
     return channel.wrap > 0.0 ? wrap_difference(value, channel.wrap) : value;
   };

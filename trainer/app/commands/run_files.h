@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of a test as files: a picture and a table for each.
+// Writes runs of a test as files: a figure and a table for each.
 #pragma once
 
 #include <string>
@@ -16,15 +16,15 @@ struct RunFiles {
   bool any() const { return !figure.empty() || !estimates.empty(); }
 };
 
-/// Throws codegen::Error when one cannot be written, or has another ending.
+/// Throws codegen::Error if a file cannot be written or has another ending.
 void check_run_files(const RunFiles& files);
 
-/// Writes FILE of the one run that the evaluation has kept, or FILE_1, FILE_2... of several; names the written files on
-/// stderr. Throws codegen::Error, without gnuplot when a picture is wanted too.
+/// Writes FILE for the single run that the evaluation has kept, or FILE_1, FILE_2... for several, and prints the names
+/// on stderr. Throws codegen::Error, also if gnuplot is missing and a figure is wanted.
 void write_run_files(const RunFiles& files, const codegen::Model& model, const LogEvaluation& evaluation,
                      bool uniform_steps);
 
-/// run.csv of one, run_1.csv ... run_N.csv of several.
+/// Returns run.csv for one run, run_1.csv ... run_N.csv for several.
 std::string numbered_file(const std::string& file, int index, int count);
 
 }  // namespace nlo::trainer

@@ -24,7 +24,7 @@ bool has_model(const std::string& folder) {
   return std::filesystem::exists(model_in(folder), ignored);
 }
 
-/// Name of the experiment whose model a file holds; empty if it holds none.
+/// Returns the name of the experiment whose model is in a file; empty if there is none.
 std::string owner_of(const std::string& model) {
   try {
     return codegen::read_model(model).name;
@@ -38,7 +38,7 @@ void refuse_a_foreign_model(const std::string& folder, const std::string& experi
   const std::string model = model_in(folder), owner = owner_of(model);
   if (owner.empty())
     throw codegen::Error(
-        fmt::format("{}: holds no model that this program could have written; choose another "
+        fmt::format("{}: holds no model of this program; choose another "
                     "directory with -o DIR, or replace it with --force",
                     model));
   if (owner != experiment_name)

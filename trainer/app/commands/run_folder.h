@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The folder of a training. A command takes it once, before it computes anything, and keeps it to its end.
+// The folder of a training. A command locks it once, before it computes anything, and keeps it until its end.
 #pragma once
 
 #include <string>
@@ -12,29 +12,29 @@ namespace nlo::trainer {
 
 class RunFolder {
  public:
-  /// Takes the folder. Throws as OutputDirectory does, and codegen::Error when it holds another experiment's model
+  /// Locks the folder. Throws like OutputDirectory, and codegen::Error if it holds the model of another experiment
   /// (unless `force`).
   RunFolder(const std::string& path, const Experiment& experiment, bool force);
 
   const std::string& path() const { return path_; }
 
-  /// Returns true if this very run has ended here: there is nothing to do. Throws RunFailure if it failed.
+  /// Returns true if this run has already finished here, so that nothing is to be done. Throws RunFailure if it failed.
   bool holds(const FinishedRun& run) const;
 
-  /// Returns true if there is a checkpoint to go on from, false if there is neither a checkpoint nor a model.
-  /// Throws codegen::Error for a model without a checkpoint.
+  /// Returns true if there is a checkpoint to continue from, false if there is neither a checkpoint nor a model. Throws
+  /// codegen::Error for a model without a checkpoint.
   bool can_resume() const;
 
   /// Number of the last round of [feedback]; 0 without one.
   int last_round() const { return last_round_; }
 
-  /// Folder that a round keeps its checkpoint in: the last one uses the run's own.
+  /// Returns the folder of a round's checkpoint; the last round uses the folder of the run.
   std::string of_round(int round) const;
 
   /// Returns true if the round can be resumed.
   bool has_begun(int round) const;
 
-  /// Removes the checkpoints of all rounds, which a resumed run would take for its own.
+  /// Removes the checkpoints of all rounds, which a resumed run would otherwise use.
   void forget_rounds() const;
 
  private:

@@ -31,7 +31,7 @@ SearchTask search_task(Experiment experiment, const std::string& data_directory)
   LogConfig& log = *experiment.log;
   SplitFiles files = expand_splits(log, data_directory);
   if (files.validation.empty()) {
-    constexpr std::size_t kPart = 4;  // one in so many
+    constexpr std::size_t kPart = 4;  // every fourth log
     if (files.train.size() < 2)
       throw codegen::Error(
           "--auto chooses by logs that training has not seen, and there is one log; name another as validation_files "
@@ -64,7 +64,7 @@ CandidateData::CandidateData(const SearchTask& task, const Experiment& candidate
 SearchJudge::SearchJudge(const Experiment& experiment, const Dataset& validation) : experiment_(experiment) {
   if (experiment.plant) {
     constexpr int kRuns = 100;
-    constexpr std::uint64_t kNoTest = 0x6175746fULL;  // far from the seeds that people give tests
+    constexpr std::uint64_t kNoTest = 0x6175746fULL;  // differs from the seeds that people give tests
     const auto plant = make_plant(*experiment.plant);
     runs_ = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed ^ kNoTest, SeedStream::kTest), kRuns);
     PlantChannels(*experiment.plant, *plant).apply(runs_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of nlo train --auto, on which its candidates are trained and chosen.
+// The data of nlo train --auto for the training and the choice of its candidates.
 #pragma once
 
 #include <optional>
@@ -15,16 +15,16 @@ namespace nlo::trainer {
 
 /// An experiment whose logs are split for a search, with its data.
 struct SearchTask {
-  Experiment experiment;  ///< as it stands; with logs: those held out are its validation_files
+  Experiment experiment;  ///< the given experiment; with logs: those held out are its validation_files
   RunData data;           ///< data of the experiment
-  std::string held_out;   ///< logs that were taken from training to choose by; empty: none
+  std::string held_out;   ///< logs that were held out of training for the choice; empty: none
 };
 
 /// Makes the task. If the experiment names no validation_files, every fourth of its training logs is held out. Throws
 /// codegen::Error if there is only one log, and for rounds of [feedback], which --auto does not search.
 SearchTask search_task(Experiment experiment, const std::string& data_directory);
 
-/// Training data of a candidate: the task's own, unless a transient of the candidate's length is cut off.
+/// Training data of a candidate: those of the task, unless a transient of the candidate's length is cut off.
 class CandidateData {
  public:
   CandidateData(const SearchTask& task, const Experiment& candidate);
@@ -36,14 +36,16 @@ class CandidateData {
   std::optional<RunData> own_;
 };
 
-/// Judges candidates on whole runs from the first sample, as in flight, that neither training nor any test has seen.
+/// Evaluates candidates on whole runs from the first sample, as in flight. Neither training nor any test uses these
+/// runs.
 class SearchJudge {
  public:
-  /// `validation`: of an experiment with logs; one with a plant gets runs of its own.
+  /// `validation`: validation runs of an experiment with logs. For a plant new runs are simulated.
   SearchJudge(const Experiment& experiment, const Dataset& validation);
 
-  /// The norm under the noise of the training, of a mixture the mean over its parts; over states whose units differ, or
-  /// whose loss is normalised, of states over their deviation. Throws codegen::Error where an estimate is no number.
+  /// Returns the norm under the noise of the training (for a mixture the mean over its parts). If the units of states
+  /// differ or the loss is normalised, states are divided by their deviation. Throws codegen::Error if an estimate is
+  /// NaN.
   double error(const codegen::Model& model) const;
 
  private:

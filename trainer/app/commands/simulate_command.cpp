@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo simulate: trajectories of a plant as CSV logs, to look at, or to try the route from logs on.
+// nlo simulate: writes trajectories of a plant as CSV logs, to view them or to try training from logs.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -38,7 +38,8 @@ struct SimulateArguments {
 
 constexpr int kMostTrajectories = 10000;
 
-/// A state and an output may share their name (y = x1 called "x1"); columns may not.
+/// Returns the heading of an output. A state and an output may have the same name (y = x1 called "x1"); columns may
+/// not.
 std::string output_heading(const Dataset& data, std::size_t output) {
   const std::string& name = data.outputs[output].name;
   const bool taken =
@@ -46,7 +47,7 @@ std::string output_heading(const Dataset& data, std::size_t output) {
   return taken ? name + "_clean" : name;
 }
 
-/// Angles as a sensor shows them, within half a turn of 0.
+/// Returns angles as a sensor shows them, within half a turn of 0.
 Eigen::MatrixXd shown(Eigen::MatrixXd values, const std::vector<Channel>& channels) {
   for (std::size_t i = 0; i < channels.size(); ++i)
     if (channels[i].wrap > 0.0)
@@ -89,8 +90,9 @@ void run_simulate(const SimulateArguments& arguments) {
   const Excitation excitation = parse_excitation(*plant, arguments.inputs);
   check_noise(noise, plant->outputs().size());
   if (is_stdout(arguments.output) && arguments.trajectories > 1)
-    throw codegen::Error(fmt::format(
-        "-o -: stdout is one file, and {} trajectories are as many; name them: -o FILE.csv", arguments.trajectories));
+    throw codegen::Error(
+        fmt::format("-o -: stdout is a single file, but {} trajectories need one file each; write -o FILE.csv",
+                    arguments.trajectories));
   for (int i = 0; i < arguments.trajectories; ++i)
     check_output_file(numbered_file(arguments.output, i, arguments.trajectories));
   run_phase([&] {
@@ -123,17 +125,17 @@ void add_simulate(CLI::App& app, Action& action) {
   options.number("--trajectories", arguments->trajectories, 1, kMostTrajectories,
                  "number of trajectories, each in its own file");
   options.shown("--noise", arguments->noise,
-                "noise of the column NAME_measured, as for nlo evaluate, or one for each output with commas between");
+                "noise of the columns NAME_measured, as for nlo evaluate; or one for each output, separated by commas");
   options.repeated("--input", arguments->inputs,
-                   "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order", "EXPR");
-  options.flag("--draw-parameters", arguments->draw_parameters,
-               "draw parameters that are ranges for each trajectory, as training does; else their middle");
+                   "input u(t) of the plant, such as \"cos(12*t)\"; once for each of its inputs, in order", "EXPR");
+  options.flag(
+      "--draw-parameters", arguments->draw_parameters,
+      "draw parameters with a range for each trajectory, as in training; otherwise they have the middle value");
   options.seed(arguments->seed, "seed of the initial states and the noise");
   options.changes(arguments->experiment.overrides);
   command->footer(
-      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input or [excitation] "
-      "each input. "
-      "Angles are as sensors show them, within half a turn of 0.\n"
+      "Columns: trajectory, time [s], each output, each output as measured, each state; with --input or [excitation] "
+      "also each input. Angles are within half a turn of 0, as sensors show them.\n"
       "Examples:\n"
       "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"
       "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv\n"

@@ -51,7 +51,7 @@ double test_error(const codegen::Model& model, const Experiment& experiment, con
   return report_on_plant(model, experiment, strict).rows.front().observer().first().metrics.norm;
 }
 
-/// Time of a sample [ns]: the observer as in nlo evaluate, over outputs across its range.
+/// Returns the time of a sample [ns] with the observer of nlo evaluate, over outputs across its range.
 double measured_ns(const codegen::Model& model) {
   using Clock = std::chrono::steady_clock;
   constexpr Eigen::Index kSamples = 2000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo sweep: a plan of many trainings as jobs for any job runner; nlo sweep collect: their results.
+// nlo sweep: writes many trainings of a plan as jobs for any job runner. nlo sweep collect: shows their results.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ struct SweepArguments {
   bool run = false, timed = false;
 };
 
-/// A path of the plan, seen from here.
+/// Returns a path of the plan relative to the current directory.
 std::string beside(const std::string& plan, const std::string& path) {
   if (path.empty()) return path;
   const std::string found = (fs::path(plan).parent_path() / path).lexically_normal().string();
@@ -46,7 +46,7 @@ SweepPlaces places_of(const SweepPlan& plan, const SweepArguments& arguments) {
   const std::string file = beside(plan.place, plan.experiment);
   SweepPlaces places;
   places.experiment =
-      fs::exists(file, ignored) ? file : plan.experiment;  // else a shipped one, or an error that says so
+      fs::exists(file, ignored) ? file : plan.experiment;  // otherwise a shipped experiment, or an error
   places.data = beside(plan.place, plan.data);
   places.folder = arguments.output.empty() ? "runs/" + fs::path(plan.place).stem().string() : arguments.output;
   places.threads = arguments.threads;
@@ -57,7 +57,7 @@ ExperimentArgument argument_of(const SweepJob& job, const SweepPlaces& places) {
   return {places.experiment, job.assignments(), job.seed, places.threads};
 }
 
-/// An error in a value of the plan names its line there.
+/// Throws an error about a value of the plan, with its line.
 [[noreturn]] void fail(const SweepPlan& plan, const SweepJob& job, const std::string& what) {
   for (const SweepValue& value : job.values) {
     const std::string set = fmt::format("--set {}={}", value.key, value.value);
@@ -66,7 +66,7 @@ ExperimentArgument argument_of(const SweepJob& job, const SweepPlaces& places) {
   throw codegen::Error(job.values.empty() ? what : fmt::format("{}: job {}: {}", plan.place, job.name, what));
 }
 
-/// All jobs, each with its experiment read and checked.
+/// Returns all jobs, each with its experiment read and checked.
 std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& places) {
   std::vector<CheckedJob> checked;
   std::map<std::string, std::string> seen;  // experiment -> job
@@ -88,12 +88,12 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
   return checked;
 }
 
-/// One by one; a job that fails does not keep others from running.
+/// Runs jobs one after another. A job that fails does not stop the others.
 void run_here(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, const Shard& shard,
               const std::string& command) {
   const std::atomic<bool>& stop = stop_on_interrupt();
   std::vector<Job> trainings;
-  std::size_t refused = 0;  // for wrong input
+  std::size_t refused = 0;  // number of jobs with wrong input
   for (std::size_t j = 0; j < jobs.size(); ++j)
     if (const SweepJob& job = jobs[j].job; shard.has(j))
       trainings.push_back({job.name, 1.0, [&](const JobContext&) {
@@ -126,9 +126,9 @@ void run_sweep(const SweepArguments& arguments) {
                                      arguments.words.front()));
   if (collect && (arguments.run || arguments.shard))
     throw codegen::Error("--shard and --run are for jobs; nlo sweep collect looks at all of them");
-  if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which judges the jobs");
+  if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which evaluates the jobs");
   if (is_stdout(arguments.output))
-    throw codegen::Error("-o -: every job has a folder below that of the sweep, and stdout is none; write -o DIR");
+    throw codegen::Error("-o -: every job has its own folder, and stdout is not a folder; write -o DIR");
   const SweepPlan plan = read_sweep_plan(arguments.words.back());
   const Shard shard = arguments.shard ? parse_shard(*arguments.shard) : Shard{};
   const SweepPlaces places = places_of(plan, arguments);
@@ -160,25 +160,27 @@ void run_sweep(const SweepArguments& arguments) {
 
 void add_sweep(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<SweepArguments>();
-  CLI::App* command = app.add_subcommand("sweep", "Many trainings from one plan: a line for each job; then collect");
+  CLI::App* command =
+      app.add_subcommand("sweep", "Write many trainings of a plan as jobs, one line each; then collect their results");
   Options options(*command);
   options
       .value("PLAN", arguments->words,
-             "plan: experiment, seeds, [grid], [[zip]], [[point]]; after \"collect\": what came of its jobs",
+             "plan: experiment, seeds, [grid], [[zip]], [[point]]; after \"collect\": shows the results of its jobs",
              "[collect] PLAN.toml")
       ->required()
       ->expected(1, 2);
   options.directory("-o,--output", arguments->output,
                     "directory for the folders of the jobs and sweep.csv (default: runs/PLAN)");
-  options.value("--shard", arguments->shard, "only part I of N, I from 0 to N - 1: every N-th job", "I/N");
-  options.flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
-  options.value("--threads", arguments->threads, "threads of each job; 0: all cores; does not change the result")
+  options.value("--shard", arguments->shard, "only part I of N: every N-th job, I from 0 to N - 1", "I/N");
+  options.flag("--run", arguments->run, "run the jobs here, one after another, instead of writing them");
+  options
+      .value("--threads", arguments->threads, "number of threads of each job; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024));
   options.flag("--time", arguments->timed, "collect: also the time of a step and an estimate on this machine [ns]");
   command->footer(
-      "A job that is done does nothing when it is run again; one that was killed goes on to the same bytes.\n"
-      "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash\n"
-      "and, with --time, ns.\n"
+      "A finished job does nothing if it is run again. A killed job continues, and its result has the same bytes.\n"
+      "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash and, with "
+      "--time, ns.\n"
       "Examples:\n"
       "  nlo sweep plan.toml --threads 1 | parallel\n"
       "  nlo sweep plan.toml --run --shard \"$SLURM_ARRAY_TASK_ID/16\"\n"

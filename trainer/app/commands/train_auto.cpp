@@ -26,7 +26,7 @@ std::string command_line(const TrainArguments& arguments, const SearchBudget& bu
   return text + " -o " + shell_word(folder.path());
 }
 
-/// The experiment to search near, whole and with its delays as numbers.
+/// Returns the experiment from which the search starts, complete and with its delays as numbers.
 Experiment completed(const DraftExperiment& draft, const TrainArguments& arguments) {
   PreparedRun run{draft.experiment, {}, false};
   if (!draft.complete) {
@@ -38,7 +38,7 @@ Experiment completed(const DraftExperiment& draft, const TrainArguments& argumen
   return run.experiment;
 }
 
-/// The experiment that the search found, on the logs as the user splits them.
+/// Returns the experiment that the search found, with the user's split of the logs.
 Experiment found_experiment(const SearchRecord& record, const Experiment& given) {
   const Trial& chosen = record.chosen();
   Experiment found = parse_experiment(record.candidates[chosen.candidate].experiment, "auto.json");
@@ -68,7 +68,7 @@ void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   } catch (const TooLittleTime&) {
     throw;
   } catch (const RunFailure& failure) {
-    throw RunFailure(fmt::format("{}; this goes on: {} --resume", failure.what(), command));
+    throw RunFailure(fmt::format("{}; to continue: {} --resume", failure.what(), command));
   }
   run_phase([&] {
     const SearchStory story{command, experiment.name, task.held_out, std::move(record)};

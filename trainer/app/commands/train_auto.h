@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo train --auto: a search for an experiment that is better than the one given, then its training.
+// nlo train --auto: searches for an experiment that is better than the given one, then trains it.
 #pragma once
 
 #include "trainer/app/commands/auto_search.h"
@@ -8,7 +8,7 @@
 namespace nlo::trainer {
 
 /// Writes the files of nlo train, experiment.toml with the result of the search, auto.html with all trials, and
-/// auto.json, the trials for programs. Throws as run_train and run_search do.
+/// auto.json with the trials for programs. Throws like run_train() and run_search().
 void run_train_auto(const TrainArguments& arguments, const SearchBudget& budget);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo train: experiment -> model.json, metrics.csv, report.html.
+// nlo train: writes model.json, metrics.csv and report.html from an experiment.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Returns true if the training goes on from a checkpoint in the folder.
+/// Returns true if the training continues from a checkpoint in the folder.
 bool goes_on(const TrainArguments& arguments, const RunFolder& folder) {
   if (!arguments.resume || folder.can_resume()) return arguments.resume;
   if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", folder.path());
@@ -37,15 +37,15 @@ bool goes_on(const TrainArguments& arguments, const RunFolder& folder) {
 void write_derived(const Experiment& experiment, const RunFolder& folder) {
   codegen::write_file_atomically(
       folder.path() + "/derived.toml",
-      "# What the experiment left out was derived from its data: nlo train derived.toml trains the same.\n" +
+      "# Keys that the experiment left out are derived from its data: nlo train derived.toml gives the same model.\n" +
           experiment.source_text);
 }
 
-/// Throws RunFailure if the training was interrupted before it had a model: without some of the logs.
+/// Throws RunFailure if the training was interrupted before it had a model, in a training without some of the logs.
 void require_model(const TrainingResult& result, const std::string& resume_command) {
   if (result.outcome == TrainOutcome::kInterrupted && result.model.states.empty())
     throw RunFailure(
-        fmt::format("interrupted in {}; this goes on to the same bytes: {}", result.message, resume_command));
+        fmt::format("interrupted in {}; to continue with the same bytes: {}", result.message, resume_command));
 }
 
 KnownFacts known_facts(const Experiment& experiment, const RunData& data) {
@@ -65,9 +65,10 @@ void write_model(const codegen::Model& model, bool quiet, const RunFolder& folde
 /// Throws RunFailure if the training was interrupted; its model is the best so far.
 void require_end(const TrainingResult& result, int steps, const RunFolder& folder, const std::string& resume_command) {
   if (result.outcome == TrainOutcome::kInterrupted)
-    throw RunFailure(fmt::format(
-        "interrupted after {} of {} steps; {}/model.json has the best so far, and this goes on to the same bytes: {}",
-        result.steps_done, steps, folder.path(), resume_command));
+    throw RunFailure(
+        fmt::format("interrupted after {} of {} steps; {}/model.json has the best model so far; to continue with the "
+                    "same bytes: {}",
+                    result.steps_done, steps, folder.path(), resume_command));
 }
 
 RunReport judge(const Experiment& experiment, const RunData& data, const TrainingResult& result) {
@@ -86,8 +87,8 @@ RunReport judge(const Experiment& experiment, const RunData& data, const Trainin
   return report;
 }
 
-/// Prints and writes the report; finished.json comes last, as it says that all is written. Throws RunFailure if the
-/// training failed.
+/// Prints and writes the report. Writes finished.json last, because it means that all files are written. Throws
+/// RunFailure if the training failed.
 void write_end(const TrainingResult& result, const RunReport& report, FinishedRun run, const RunFolder& folder) {
   fmt::print("{}", printable(run_report_text(result.model, report)));
   write_run_report(result.model, report, folder.path());
@@ -139,29 +140,29 @@ void run_train(const TrainArguments& arguments) {
 
 void add_train(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<TrainArguments>();
-  CLI::App* command = app.add_subcommand("train", "Learn an observer from a plant or from logs");
+  CLI::App* command = app.add_subcommand("train", "Train an observer from a plant or from logs");
   Options options(*command);
   options.value("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
   options.directory("--data", arguments->data, "directory of the logs that [log] names");
   options.directory("-o,--output", arguments->output,
                     "directory for model.json, metrics.csv and report.html (default: runs/NAME)");
   options.flag("--resume", arguments->resume,
-               "continue from the directory's checkpoint, to the same bytes; start if there is none, do nothing if the "
-               "run is finished");
+               "continue from the checkpoint in the directory, with the same bytes as an uninterrupted run; without a "
+               "checkpoint, start; do nothing if the run is finished");
   auto budget = std::make_shared<SearchBudget>();
   auto searching = std::make_shared<bool>(false);
-  CLI::Option* automatic = options.flag(
-      "--auto", *searching,
-      "search for a better experiment near this one: structure, eigenvalues, units, widths, learning rate");
+  CLI::Option* automatic =
+      options.flag("--auto", *searching,
+                   "search for a better experiment by varying structure, eigenvalues, units, widths and learning rate");
   options.value("--minutes", budget->minutes, "--auto: minutes for the search and the training (default: 10)")
       ->check(check_minutes)
       ->needs(automatic);
   for (const auto& [name, to, meaning] :
        {std::tuple{"--max-multiply-adds", &budget->multiply_adds,
-                   "--auto: most multiply-adds of a step and an estimate"},
+                   "--auto: largest number of multiply-adds of a step and an estimate"},
         {"--max-flash-bytes", &budget->flash_bytes, "--auto: most bytes of constants, in float"}})
     options.value(name, *to, meaning)->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))->needs(automatic);
-  options.flag("--force", arguments->force, "replace another experiment's model");
+  options.flag("--force", arguments->force, "replace the model of another experiment");
   options.experiment(arguments->experiment);
   options.flag("-q,--quiet", arguments->quiet, "no progress on stderr");
   auto help_config = std::make_shared<bool>(false);

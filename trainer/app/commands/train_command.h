@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo train as a function, for commands that run it.
+// nlo train as a function, for other commands.
 #pragma once
 
 #include <string>
@@ -16,15 +16,14 @@ struct TrainArguments {
   bool resume = false, force = false, quiet = false;
 };
 
-/// Throws codegen::Error for wrong input, RunFailure when the training was interrupted or failed.
+/// Trains. Throws codegen::Error for wrong input, and RunFailure if the training was interrupted or failed.
 void run_train(const TrainArguments& arguments);
 
 /// Reads the experiment to be trained. Throws codegen::Error.
 DraftExperiment draft_to_train(const TrainArguments& arguments);
 
-/// Carries out the training of `draft` in a folder that the caller has taken: get the data, train, judge, write.
-/// Reads data, resume and quiet of `arguments`; the others only appear in the hint how to resume.
-/// Throws as run_train().
+/// Carries out the training of `draft` in a folder that the caller has locked: gets the data, trains, tests and writes.
+/// Uses data, resume and quiet of `arguments`; the others only appear in the hint on resuming. Throws like run_train().
 void carry_out(const DraftExperiment& draft, const TrainArguments& arguments, const RunFolder& folder);
 
 }  // namespace nlo::trainer

@@ -46,7 +46,7 @@ std::optional<FinishedRun> read_finished_run(const std::string& directory) {
                        json.at("failure").get<std::string>()};
   } catch (const codegen::Error&) {  // no such file
     return std::nullopt;
-  } catch (const nlohmann::json::exception&) {  // not by this program
+  } catch (const nlohmann::json::exception&) {  // not written by this program
     return std::nullopt;
   }
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One progress bar over many trainings and other work, weighted by their costs. Safe to call from
-// several threads.
+// One progress bar for many trainings and other work, weighted by their costs. Several threads may call it.
 #pragma once
 
 #include <chrono>
@@ -20,7 +19,7 @@ struct JobsState {
   double elapsed_s = 0.0, left_s = 0.0;
 };
 
-/// Bar, share, models, time left and current work, in at most `columns` terminal columns.
+/// Returns a bar, share, models, time left and current work, in at most `columns` terminal columns.
 std::string jobs_bar_line(const JobsState& state, std::size_t columns, bool utf8);
 
 /// Describes the state in words, for a log.
@@ -31,16 +30,16 @@ class JobsProgress {
   /// A log gets a line every half a minute, or when another tenth is done.
   explicit JobsProgress(StatusLine& line);
 
-  /// Adds work, before it starts, of which `models` are to be trained; both negative: it needs not be done.
+  /// Adds work before it starts. `models`: number of models to be trained. Both negative: the work is not needed.
   void expect(double cost_s, int models = 0);
 
-  /// This much of it is done.
+  /// Marks work of this cost as done.
   void advance(double cost_s, const std::string& doing);
 
-  /// A model is trained, with the last `cost_s` of its work.
+  /// Marks a model as trained; `cost_s` is the last part of its work.
   void model_done(double cost_s, const std::string& name);
 
-  /// All done: the last line.
+  /// Shows the last line.
   void finish();
 
  private:

@@ -18,7 +18,7 @@ void JobsResult::check() const {
 
 std::string JobsResult::interrupted_text(const std::string& command) const {
   return fmt::format("interrupted with {} of {} trainings left; {}", left, done + found + left + failures.size(),
-                     command.empty() ? "with -o DIR the others would be kept" : "this goes on: " + command);
+                     command.empty() ? "with -o DIR the others would be stored" : "to continue: " + command);
 }
 
 JobsResult run_jobs(const std::vector<Job>& jobs, const JobsOptions& options) {

@@ -25,8 +25,8 @@ using codegen::TextForm;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// A golden replay's tolerance is a multiple of the error in its emulation; networks that amplify rounding go beyond
-// it. A wrong number shows much more.
+// Tolerance of a golden replay as a multiple of the error of its emulation, because some networks amplify rounding. A
+// wrong number has a much larger effect.
 constexpr double kTimesGolden = 16.0, kShareInFloat = 1e-4, kShareInDouble = 1e-9;
 
 constexpr const char* kNothingWritten = "nothing is written: this is a fault of nlo, please report it with the model";
@@ -58,7 +58,7 @@ void check_answers(const PreparedExport& prepared, const codegen::GoldenReplay& 
       const double got = answers(kAnswerEstimate + i, k), want = golden.run.x_hat(i, k);
       if (!(std::abs(got - want) <= tolerance(i)))
         codegen::fail(
-            "{}: sample {} of the replay gives {} as {}, and the model {}, further off than the {:.2g} that "
+            "{}: sample {} of the replay gives {} as {}, and the model {}, a larger difference than the {:.2g} that "
             "its arithmetic explains; {}",
             files, k, prepared.model().states[static_cast<std::size_t>(i)].name, got, want, tolerance(i),
             kNothingWritten);
@@ -80,7 +80,7 @@ void check_bits(const PreparedExport& prepared, const MatrixXd& answers, const M
     }
 }
 
-/// Returns the observer in the other language, if both languages have these numbers.
+/// Returns the observer in the other language, if both languages support these number formats.
 std::optional<CompiledText> other_language(const PreparedExport& prepared, const GeneratedObserver& observer) {
   const codegen::ExportOptions& options = prepared.options();
   if (options.weights != codegen::WeightType::kFull || options.tanh != Activation::kTanh) return std::nullopt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A recorded flight held against its replay, number by number.
+// Compares a recorded flight with its replay, number by number.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ namespace nlo::trainer {
 struct FlightDifference {
   Eigen::Index row = 0;
   const LoggedColumn* column = nullptr;
-  Eigen::Index rows = 0;  ///< rows that differ in any column
+  Eigen::Index rows = 0;  ///< number of rows that differ in any column
 };
 
 class FlightComparison {
@@ -22,23 +22,23 @@ class FlightComparison {
   /// `single`: its numbers are floats.
   FlightComparison(const FlightLog& log, bool single) : log_(log), single_(single) {}
 
-  /// Whether `answer` equals the logged value in `row`, to the bit or to the printed digits. True without a logged
-  /// value.
+  /// Returns true if `answer` equals the logged value in `row`, bit for bit or to the printed digits, or if nothing was
+  /// logged.
   bool same(const LoggedColumn& column, Eigen::Index row, double answer) const;
 
-  /// The column that differs in `row`; null: none. `answers`: one column of them.
+  /// Returns the column that differs in `row`; null: none. `answers`: one column of them.
   const LoggedColumn* difference(Eigen::Index row, const Eigen::Ref<const Eigen::VectorXd>& answers) const;
 
-  /// The first, in the rows' order; none: the same.
+  /// Returns the first difference in the order of the rows; nothing if there is none.
   std::optional<FlightDifference> first(const Eigen::MatrixXd& answers) const;
 
-  /// Cells that agree to their digits alone: their numbers have other bits.
+  /// Returns the number of cells that agree only to their printed digits.
   Eigen::Index rounded(const Eigen::MatrixXd& answers) const;
 
-  /// Numbers of the scalar between the two, and one.
+  /// Returns the number of values of the scalar between the two, plus one.
   double units(double logged, double answer) const;
 
-  /// Digits that tell each of its numbers from the others.
+  /// Returns the digits that distinguish all numbers of the scalar.
   int digits_needed() const { return single_ ? 9 : 17; }
 
  private:
@@ -48,7 +48,7 @@ class FlightComparison {
   bool single_;
 };
 
-/// A number with all its digits.
+/// Returns a number with all its digits.
 std::string all_digits(double value, bool single);
 
 }  // namespace nlo::trainer

@@ -27,7 +27,7 @@ using Eigen::Index;
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array kStatusWords = {"OK", "CLAMPED", "HELD", "STALE", "OUT_OF_RANGE", "REJECTED", "DIVERGED", "RESET"};
 
-/// How a cell is printed: digits from the first that is not 0, and those behind the point.
+/// Format of a cell: number of digits from the first that is not 0, and of digits behind the point.
 struct Printed {
   int significant = 0, decimals = 0, exponent = 0;
   bool has_exponent = false;
@@ -53,8 +53,8 @@ Printed printed(std::string_view cell, char decimal) {
   return result;
 }
 
-/// The last digits of a column's cells. All with as many decimals (%.6f): of that place. Else (%.9g, which leaves zeros
-/// at the end out): of as many significant digits as the longest has.
+/// Finds the last digit of a column's cells. If all have equally many decimals (%.6f), it is that place. Otherwise
+/// (%.9g, which omits zeros at the end) it follows from the number of significant digits of the longest cell.
 void find_digits(LoggedColumn& column, const std::vector<std::string_view>& cells, char decimal) {
   std::vector<Printed> all;
   bool fixed = true, first = true;
@@ -69,7 +69,7 @@ void find_digits(LoggedColumn& column, const std::vector<std::string_view>& cell
     first = false;
   }
   column.half_digit = Eigen::VectorXd::Zero(column.values.size());
-  if (fixed && decimals == 0) {  // whole numbers, which nothing was cut off
+  if (fixed && decimals == 0) {  // integers are not rounded
     column.digits = 0;
     return;
   }
@@ -93,7 +93,7 @@ double number_of_bits(std::string_view cell, std::size_t bytes, const std::strin
                     : std::bit_cast<double>(bits);
 }
 
-/// A status or a truth value by name: "HELD", "kHeld", "van_der_pol_HELD", "true".
+/// Returns the number of a status or truth value by name: "HELD", "kHeld", "van_der_pol_HELD", "true".
 double number_of_word(std::string_view cell) {
   std::string word(cell.substr(cell.rfind('_') == std::string_view::npos ? 0 : cell.rfind('_') + 1));
   if (word.size() > 1 && word[0] == 'k') word.erase(0, 1);
@@ -144,7 +144,7 @@ class Reader {
     return column;
   }
 
-  /// A status or a truth value: numbers, or names.
+  /// Reads a column of statuses or truth values, as numbers or names.
   LoggedColumn word(const std::string& name, Index answer) const {
     LoggedColumn column{name, heading(name), {}, {}, 0, answer};
     const std::vector<std::string_view> cells = table_.cells(column.heading);
@@ -179,7 +179,7 @@ void check_names(const std::vector<std::pair<std::string, std::string>>& heading
   for (const codegen::Channel& state : model.states) known.push_back(state.name + "_hat");
   for (const auto& [name, heading] : headings)
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error(fmt::format("--column {}={}: nothing of a flight of \"{}\" is called {}; there are {}", name, heading,
+      throw Error(fmt::format("--column {}={}: a flight of \"{}\" has nothing called {}; there are {}", name, heading,
                               model.name, name, fmt::join(known, ", ")));
 }
 
@@ -224,7 +224,7 @@ FlightLog read_flight(const std::string& file, const codegen::Model& model, std:
   }
   if (log.answers.empty())
     throw Error(
-        fmt::format("{}: no column {}: log what estimate() gave, or name the columns that hold it, --column {}="
+        fmt::format("{}: no column {}: log the results of estimate(), or name the columns that hold it, --column {}="
                     "HEADING; there are {}",
                     file, fmt::join(log.missing, " or "), log.missing.front(),
                     ascii(fmt::format("{}", fmt::join(reader.table().headings(), ", ")))));

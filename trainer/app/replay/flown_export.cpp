@@ -99,7 +99,7 @@ FlownExport::FlownExport(const codegen::PreparedExport& prepared, const Compiled
   const std::string failure = codegen::run_child(command, folder_->name(), kCompiling);
   if (!failure.empty())
     throw Error(fmt::format(
-        "{}: an export is flown here by compiling it: install a {} compiler (gcc, clang), or "
+        "{}: an export is compiled here to replay it: install a {} compiler (gcc, clang), or "
         "name yours {}",
         failure, c99 ? "C" : "C++20", text.compiler.empty() ? c99 ? "in CC" : "in CXX" : "with --compiler"));
 }

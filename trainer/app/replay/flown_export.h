@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The export that flew, on this machine: generated, compiled beside a small driver, and run over recorded readings. C99
-// has the bits of the deterministic policy and of the single header on any processor; the C++ header those of
-// the fast policy as this compiler and these flags make them.
+// The exported code of a flight on this machine: generated, compiled with a small driver, and run over recorded
+// readings. C99 has the bits of the deterministic policy and of the single header on any processor. The C++ header has
+// the bits of the fast policy with this compiler and these flags.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,13 +15,13 @@
 
 namespace nlo::trainer {
 
-/// As the options of nlo export, of which these decide the arithmetic.
+/// The options of nlo export that determine the arithmetic.
 struct Flown {
   std::string target = "c99", scalar = "float", weights = "float", max_error;
-  std::string compiler;  ///< with its flags, blanks between; empty: cc -O1 or c++ -O2
+  std::string compiler;  ///< with its flags, separated by blanks; empty: cc -O1 or c++ -O2
 };
 
-/// One of an export's observers, as it is compiled here.
+/// An observer of an export, and how it is compiled here.
 struct CompiledText {
   codegen::GeneratedObserver observer;
   std::string compiler;        ///< with its flags; empty: $CC or cc -O1, $CXX or c++ -O2
@@ -33,14 +33,15 @@ class FlownExport {
   /// Compiles an existing export. `prepared` has the name of the observer.
   FlownExport(const codegen::PreparedExport& prepared, const CompiledText& text);
 
-  /// Throws codegen::Error when the model has no such export, or nothing here compiles it.
+  /// Generates and compiles the export. Throws codegen::Error if the model has no such export, or if nothing here
+  /// compiles it.
   FlownExport(const codegen::Model& model, const Flown& flown);
 
   /// Runs the export from its start over `given` (flight_log.h). Returns a column for each call.
   Eigen::MatrixXd run(const Eigen::MatrixXd& given) const;
 
-  bool single() const { return single_; }            ///< its numbers are floats
-  bool settles() const { return settles_; }          ///< it has a steady state to start from
+  bool single() const { return single_; }            ///< true if its numbers are floats
+  bool settles() const { return settles_; }          ///< true if it has a steady state for its start
   const std::string& name() const { return name_; }  ///< "--target c99 --scalar float"
 
  private:

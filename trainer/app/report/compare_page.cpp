@@ -18,8 +18,8 @@ namespace {
 
 using Style = Series::Style;
 
-/// A colour for each observer and each kind of filter, as shipped or tuned, at most kMost; those beyond share the last
-/// one, grey.
+/// Returns a colour for each observer and each kind of filter, shipped or tuned, at most kMost; further ones share the
+/// last colour, grey.
 std::vector<int> colours(const Study& study) {
   constexpr int kOrder[] = {1, 0, 2, 3, 4, 5};  // observers come first
   constexpr std::size_t kMost = std::size(kOrder);
@@ -35,7 +35,8 @@ std::vector<int> colours(const Study& study) {
   return result;
 }
 
-/// A line for each condition, in the order of the table, with the error of each column over that of the reference.
+/// Draws a line for each condition, in the order of the table, with the ratio of each column's error to that of the
+/// reference.
 Figure ratios(const Study& study, std::size_t reference) {
   const auto count = static_cast<Eigen::Index>(study.test.conditions.size());
   const std::string rival = column_title(study.estimators[reference]);
@@ -94,7 +95,7 @@ std::size_t reference_column(const Study& study) {
   return found;
 }
 
-/// "0.117 ± 0.02 *" with the text after the number below it.
+/// Puts the text after a number below it: "0.117 ± 0.02 *".
 Table narrow(Table table) {
   constexpr std::string_view kBetween = " ± ", kStar = " *";
   for (auto& row : table.rows)

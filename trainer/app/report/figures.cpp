@@ -26,7 +26,7 @@ bool any_finite(const Eigen::VectorXd& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-/// Describes the knowledge of an estimator that an observer lacks.
+/// Describes the knowledge that an estimator has and an observer lacks.
 std::string filter_in_words(const std::string& estimator) {
   const EstimatorWords* words = estimator_words(estimator);
   return words == nullptr || !words->knows_plant
@@ -96,7 +96,7 @@ Figure eigenvalue_map(const TrainingCurves& curves) {
       map.series.push_back({name, Style::kPoints, colour, re.tail(1), sign * im.tail(1), {}});
     }
   }
-  // Room to the right of the imaginary axis, so that the stability border is seen.
+  // Leaves room to the right of the imaginary axis, so that the border of stability is visible.
   map.x_low = -1.1 * std::max(reach, 1e-6);
   map.x_high = 0.08 * std::max(reach, 1e-6);
   const double half_height = height > 0.0 ? 1.2 * height : 1.0;
@@ -115,10 +115,11 @@ Figure error_figure(const std::vector<StudyRow>& rows) {
   double low = 1e300, high = 0.0;
   std::vector<std::string> dashed;
   for (std::size_t g = 0; g < rows.size(); ++g) {
-    std::size_t colour = g;  // colour of the observer and its first alternative
+    std::size_t colour = g;  // the observer and its first alternative have this colour
     for (const StudyCell& cell : rows[g].cells) {
       const Evaluation& evaluation = cell.first();
-      if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;  // lines far above
+      // Their lines are far above the others.
+      if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;
       const bool ours = &cell == &rows[g].observer();
       const ErrorMetrics& m = evaluation.metrics;
       panel.series.push_back({fmt::format("{}, {}", evaluation.estimator, noise_title(evaluation.noise)),
@@ -135,7 +136,7 @@ Figure error_figure(const std::vector<StudyRow>& rows) {
       low = std::min(low, m.curve.minCoeff());
     }
   }
-  // An exact model without noise falls to 1e-8: that would press all that matters into a stripe.
+  // An exact model without noise falls to 1e-8, which would compress the visible part of the plot.
   if (high > 0.0 && low < high) {
     panel.y_low = 0.7 * std::max(low, 2e-3 * high);
     panel.y_high = 1.5 * high;
@@ -154,7 +155,7 @@ Figure latency_figure(const ControlLoopResult& result) {
   double highest = 1.0;
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& bucket = result.histogram[static_cast<std::size_t>(i)];
-    constexpr double kGrowth = 1.25;  // factor between the buckets' limits
+    constexpr double kGrowth = 1.25;  // ratio of the limits of neighbouring buckets
     const double lower = bucket.below_ns / kGrowth;
     x[i] = 0.5 * (lower + bucket.below_ns);
     width[i] = 0.96 * (bucket.below_ns - lower);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which plots a report has: each from the data of its section.
+// The plots of a report, each made from the data of its section.
 #pragma once
 
 #include <vector>
@@ -10,20 +10,20 @@
 
 namespace nlo::trainer {
 
-/// Loss and RMSE over the steps.
+/// Draws loss and RMSE over the steps.
 Figure training_figure(const TrainingCurves& curves);
 
-/// Real and imaginary parts over the steps.
+/// Draws real and imaginary parts over the steps.
 Figure eigenvalue_figure(const TrainingCurves& curves);
 
-/// Their paths in the complex plane, from start (cross) to end (dot).
+/// Draws the paths of the eigenvalues in the complex plane, from start (cross) to end (dot).
 Figure eigenvalue_map(const TrainingCurves& curves);
 
-/// Error over time, averaged over the test set; one colour per noise, alternatives dashed. Without panels when the
-/// states' units differ: their errors do not add up.
+/// Draws the error over time, averaged over the test set; one colour per noise, alternatives dashed. Has no panels if
+/// the units of the states differ, because their errors cannot be added.
 Figure error_figure(const std::vector<StudyRow>& rows);
 
-/// Time that one step and estimate took.
+/// Draws the times of a step and an estimate.
 Figure latency_figure(const ControlLoopResult& result);
 
 }  // namespace nlo::trainer

@@ -57,7 +57,7 @@ Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
   std::optional<codegen::TemporaryFolder> made;
   try {
     made.emplace((fs::temp_directory_path() / "nlo-plots").string());
-  } catch (const std::exception& error) {  // an Error, or the file system's
+  } catch (const std::exception& error) {  // an Error, or an error of the file system
     drawing.failure = error.what();
     return drawing;
   }

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Viridis: even steps of lightness, so that it reads the same in grey and to the colour-blind.
+// Viridis has even steps of lightness, so it is readable in grey and with colour blindness.
 constexpr const char* kHeatPalette =
     "set palette defined (0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', 6 '#5ec962', "
     "7 '#addc30', 8 '#fde725')\n";
@@ -28,20 +28,20 @@ std::string heat_map_script(const HeatMap& map) {
                      map.high, gnuplot_quoted(map.label));
 }
 
-/// A step of 1, 2 or 5 times a power of ten that makes about so many tics.
+/// Returns a step of 1, 2 or 5 times a power of ten that gives about `tics` tics.
 double tic_step(double range, double tics) {
   const double rough = range / tics, power = std::pow(10.0, std::floor(std::log10(rough)));
   const double lead = rough / power;
   return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
 }
 
-/// Distance of the tics of a linear axis with given ends, for about y_tics tics.
+/// Returns the distance of the tics of a linear axis with given ends, for about y_tics tics.
 double tic_step(const Panel& panel) {
   return tic_step(panel.y_high - panel.y_low, panel.y_tics);
 }
 
-/// Round numbers between the ends of a logarithmic axis: gnuplot labels powers of ten, and there may be none. Empty
-/// over three decades, where they are enough, and where there are no ends.
+/// Returns round numbers between the ends of a logarithmic axis, because gnuplot labels only powers of ten. Empty for
+/// more than three decades, where these are enough, and without given ends.
 std::string log_tics(double low, double high) {
   if (!(low > 0.0) || !(high > low) || high / low > 1e3) return "";
   const std::vector<int> few = {1, 2, 5}, all = {1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -55,7 +55,7 @@ std::string log_tics(double low, double high) {
   return "";
 }
 
-/// Characters of the longest number on the y axis of a panel with given ends, 0 else.
+/// Returns the characters of the longest number on the y axis of a panel with given ends; otherwise 0.
 std::size_t tic_width(const Panel& panel) {
   if (!(panel.y_low < panel.y_high) || panel.log_y || !panel.y_names.empty()) return 0;
   const double step = tic_step(panel);
@@ -70,7 +70,7 @@ std::string range_text(const char* axis, double low, double high) {
                      : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
 }
 
-/// "'first' 1, 'second' 2"
+/// Returns "'first' 1, 'second' 2".
 std::string numbered(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -78,8 +78,8 @@ std::string numbered(const std::vector<std::string>& names) {
   return text;
 }
 
-/// The commands of one panel, `nothing` in place of a plot without data; its data go to files beside. `written` turns
-/// false when one of them cannot be written.
+/// Returns the commands of one panel, with `nothing` in place of a plot without data. Its data go to files. `written`
+/// becomes false if one of them cannot be written.
 std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
                          bool& written, const char* nothing) {
   constexpr const char* kZero = "nohead lw 0.8 lc rgb '#8f949b'";
@@ -95,13 +95,14 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   else if (panel.log_y)
     y_tics = log_tics(panel.y_low, panel.y_high);
   else if (scaled)
-    y_tics = fmt::format("{:.6g}", tic_step(panel));  // gnuplot's would touch in a low panel
+    y_tics = fmt::format("{:.6g}", tic_step(panel));  // gnuplot's tics would overlap in a low panel
   const std::string x_tics = panel.log_x ? log_tics(panel.x_low, panel.x_high) : "";
   script += fmt::format("set grid lt 1 lw {} lc rgb '#c3c7cd' back\nset xtics {}\nset ytics {}\n",
                         panel.y_names.empty() ? 0.4 : 1.0, x_tics.empty() ? "autofreq" : x_tics,
                         y_tics.empty() ? "autofreq" : y_tics);
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
-  const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);  // gnuplot draws arrows anywhere
+  // Gnuplot also draws arrows outside of the panel.
+  const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);
   if (panel.zero_line && has_zero)
     script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
   if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
@@ -135,8 +136,8 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   return script + (plots.empty() ? nothing : plots + "\n");
 }
 
-/// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
-/// each panel makes room for its own labels.
+/// Returns margins and gaps of a figure whose panels are on a regular grid; gnuplot needs them as shares of the whole.
+/// Otherwise each panel makes room for its own labels.
 std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
   constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 72, kColumnGap = 48, kRowGap = 40;  // pixels
   constexpr double kScale = 84;  // width of a heat map's scale, with its numbers
@@ -151,7 +152,7 @@ std::string grid_text(const Figure& figure, std::size_t rows, std::size_t column
                      columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);
 }
 
-/// Panels below each other, each of its own height: gnuplot's layouts know only equal ones.
+/// Draws panels below each other, each with its own height. The layouts of gnuplot have only equal heights.
 std::string stack_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
   double total = 0.0;
   for (const Panel& panel : figure.panels) total += panel.height;
@@ -169,7 +170,7 @@ std::string stack_script(const Figure& figure, std::size_t number, const fs::pat
 }  // namespace
 
 std::string gnuplot_quoted(const std::string& text) {
-  std::string quoted = "'";  // between single quotes only the quote itself has a meaning
+  std::string quoted = "'";  // between single quotes only the quote itself is special
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7f) continue;
@@ -194,7 +195,7 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
                                 [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
   std::size_t margin = wide ? 12 : 9;                                             // characters
   for (const Panel& panel : figure.panels) {
-    margin = std::max(margin, tic_width(panel) + 5);  // tics and the axis' name
+    margin = std::max(margin, tic_width(panel) + 5);  // tics and the name of the axis
     for (const std::string& name : panel.y_names) margin = std::max(margin, display_width(name) + 3);
   }
   const std::string grid = grid_text(figure, rows, columns);

@@ -15,7 +15,7 @@ bool is_text(const Series& series) {
   return series.style == Series::Style::kTextRight || series.style == Series::Style::kTextLeft;
 }
 
-/// A string of a data file: between double quotes, which it cannot hold, nor backslashes.
+/// Returns a string for a data file, in double quotes, without double quotes and backslashes in it.
 std::string data_string(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text)
@@ -26,8 +26,8 @@ std::string data_string(const std::string& text) {
 }  // namespace
 
 const char* palette_colour(int index) {
-  // Blue, orange, green, purple, red: told apart with common colour blindness; grey; cyan, pink, brown, olive. Each has
-  // a contrast of 3 or more on light and on dark ground.
+  // Blue, orange, green, purple, red, which differ with common colour blindness; grey; cyan, pink, brown, olive. Each
+  // has a contrast of at least 3 on light and on dark background.
   static constexpr const char* kColours[] = {"#2f7de1", "#d9721a", "#1f9e77", "#9b59d0", "#d1495b",
                                              "#8a8f96", "#0e93a8", "#d55fae", "#9c6b3f", "#84901c"};
   return kColours[std::abs(index) % static_cast<int>(std::size(kColours))];
@@ -44,10 +44,10 @@ std::string data_text(const Series& series) {
   for (Eigen::Index i = 0; i < series.x.size(); ++i) {
     const double x = series.x[i], y = series.y[i];
     if (!std::isfinite(x) || !std::isfinite(y)) {
-      text += '\n';  // an empty line ends a piece of the line
+      text += '\n';  // an empty line interrupts the line of the plot
       continue;
     }
-    text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only swell the page
+    text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only enlarge the page
     if (series.style == Series::Style::kBars) text += fmt::format(" {:.6g}", series.bar_width[i]);
     if (series.style == Series::Style::kErrorBars) text += fmt::format(" {:.5g}", series.error[i]);
     if (is_text(series)) text += " " + data_string(series.labels[static_cast<std::size_t>(i)]);
@@ -74,7 +74,7 @@ bool has_third_column(const Series& series) {
 }
 
 std::string style_text(const Series& series) {
-  const char *style = "", *opacity = "";  // gnuplot counts what shines through: 00 is opaque
+  const char *style = "", *opacity = "";  // gnuplot states the transparency: 00 is opaque
   switch (series.style) {
     case Series::Style::kLine:
       style = "lines lw 1.8";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A series of points, or a map, as gnuplot reads it from a data file, and the words that say how it is drawn.
+// A series of points, or a map, as a data file for gnuplot, and the style in which it is drawn.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace nlo::trainer {
 
-/// "#2f7de1": one of ten, over and over.
+/// Returns "#2f7de1" and so on: ten colours, repeated.
 const char* palette_colour(int index);
 
-/// Has a point that is finite.
+/// Returns true if the series has a finite point.
 bool drawable(const Series& series);
 
-/// One line "x y" per point, with its width, deviation or label behind it.
+/// Returns one line "x y" per point, followed by its width, deviation or label.
 std::string data_text(const Series& series);
 bool has_third_column(const Series& series);
 
-/// One line "x y value" per cell, a blank line after each row of cells, for `with image`.
+/// Returns one line "x y value" per cell, with a blank line after each row of cells, for `with image`.
 std::string data_text(const HeatMap& map);
 
-/// "with lines lw 1.8 lc rgb '#2f7de1'"
+/// Returns "with lines lw 1.8 lc rgb '#2f7de1'".
 std::string style_text(const Series& series);
 
 }  // namespace nlo::trainer

@@ -72,7 +72,7 @@ std::string two_lines(const std::string& cell) {
 }  // namespace
 
 std::string escaped(std::string_view text) {
-  return codegen::xml_escaped(printable(text));  // a page must not contain unprintable characters either
+  return codegen::xml_escaped(printable(text));  // unprintable characters are not allowed in a page either
 }
 
 std::string html_table(const Table& table) {

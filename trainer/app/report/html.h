@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The few pieces of HTML that a report is made of.
-// A page of text and figures in order of reading. Figures are collected while the text is laid out, drawn together by
-// one run of gnuplot, then put in place.
+// The elements of HTML that a report needs. A page has text and figures in the order of reading. Its figures are
+// collected while the text is written, drawn together by one run of gnuplot, and inserted.
 #pragma once
 
 #include <string>
@@ -13,20 +12,20 @@
 
 namespace nlo::trainer {
 
-/// Text that stands for itself in HTML, in an element or an attribute.
+/// Escapes text for an element or an attribute of HTML.
 std::string escaped(std::string_view text);
 
-/// A table of plain text. The first cell names its row, lines between rows are left out. Columns of numbers do not
-/// wrap; the text after a line break in a cell is below, in small letters.
+/// Returns a table of plain text. The first cell is the name of its row; lines between rows are left out. Columns of
+/// numbers do not wrap. The text after a line break in a cell is below, in small letters.
 std::string html_table(const Table& table);
 
-/// A paragraph that stands out: something is missing or needs attention.
+/// Returns a highlighted paragraph: something is missing or needs attention.
 std::string note(const std::string& text);
 
-/// A note in red: do not trust this result.
+/// Returns a note in red: do not trust this result.
 std::string alarm(const std::string& text);
 
-/// A whole document around `body`, with its style sheet: light and dark, screen and paper.
+/// Returns a whole document around `body` with its style sheet, for light and dark screens and for paper.
 std::string html_page(std::string_view title, std::string_view body);
 
 class Page {
@@ -37,7 +36,7 @@ class Page {
   /// A figure without panels is left out.
   void figure(Figure figure);
 
-  /// All parts as HTML. Without a working `gnuplot` one note stands for all figures.
+  /// Returns all parts as HTML. Without a working `gnuplot`, one note replaces all figures.
   std::string html(const std::string& gnuplot = "gnuplot") const;
 
  private:

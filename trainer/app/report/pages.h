@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Results as pages that stand by themselves. Without a working gnuplot a page says so in place of its plots.
+// Results as self-contained pages. Without a working gnuplot a page has a note in place of its plots.
 #pragma once
 
 #include <string>

@@ -14,12 +14,12 @@ struct Place {
   std::string title = {};
 };
 
-/// At most so many characters: more would not fit beside a point.
+/// Shortens a title so that it fits beside a point.
 std::string shortened(const std::string& title) {
   constexpr std::size_t kLongest = 60;
   if (title.size() <= kLongest) return title;
   std::size_t end = kLongest;
-  while (end > 0 && (static_cast<unsigned char>(title[end]) & 0xC0) == 0x80) --end;  // inside of a UTF-8 character
+  while (end > 0 && (static_cast<unsigned char>(title[end]) & 0xC0) == 0x80) --end;  // not inside of a UTF-8 character
   return title.substr(0, end) + "...";
 }
 
@@ -36,7 +36,7 @@ Series series_of(const std::string& title, Series::Style style, int colour, cons
   return series;
 }
 
-/// The least error for each cost: it falls at each point of the front and is constant between them.
+/// Returns the smallest error for each cost. It falls at each point of the front and is constant between them.
 std::vector<Place> staircase(std::vector<Place> front) {
   std::sort(front.begin(), front.end(), [](const Place& a, const Place& b) { return a.cost < b.cost; });
   std::vector<Place> steps;
@@ -47,7 +47,7 @@ std::vector<Place> staircase(std::vector<Place> front) {
   return steps;
 }
 
-/// A logarithmic axis around the values.
+/// Sets a logarithmic axis around the values.
 void set_range(double low, double high, double& axis_low, double& axis_high) {
   constexpr double kMargin = 1.15;
   axis_low = low / kMargin;
@@ -73,7 +73,7 @@ Panel panel_of(const std::vector<PointResult>& points, CostOf cost, bool PointRe
   const auto by_error = [](const Place& a, const Place& b) { return a.error < b.error; };
   const double low = std::ranges::min_element(all, by_error)->error,
                high = std::ranges::max_element(all, by_error)->error;
-  if (high > low) {  // room for the names below the front, where no point can be
+  if (high > low) {  // room for the names below the front, where there are no points
     panel.y_low = low - 0.2 * (high - low);
     panel.y_high = high + 0.1 * (high - low);
   }

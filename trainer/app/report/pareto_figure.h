@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Error against cost: the points of a sweep, and those that no other one beats in both.
+// Error against cost: the points of a sweep, and those that no other point beats in both.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace nlo::trainer {
 
-/// Panels: error against multiply-adds, against bytes of flash and, where it was measured, against ns; bars of one
-/// standard error, the front as a staircase with the titles of its points.
-/// Without panels when no point has an error and a cost.
+/// Draws panels: error against multiply-adds, against bytes of flash, and against ns if it was measured. They have bars
+/// of one standard error, and the front as a staircase with the titles of its points. There are no panels if no point
+/// has an error and a cost.
 Figure pareto_figure(const std::vector<PointResult>& points);
 
 }  // namespace nlo::trainer

@@ -20,7 +20,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Does any evaluation of the test?
+/// Returns true if `holds` is true for any evaluation of the test.
 template <class Holds>
 bool any(const std::vector<StudyRow>& rows, const Holds& holds) {
   return std::ranges::any_of(rows, [&](const StudyRow& row) {

@@ -19,8 +19,9 @@ namespace nlo::trainer {
 
 struct ReportData {
   std::string title;    ///< the model's name
-  std::string warning;  ///< why not to trust this model (training got nowhere, diverged); shown first; empty: none
-  /// For reproduction; a value of several lines is shown whole.
+  std::string warning;  ///< reason not to trust this model (training diverged or did not improve its start); shown
+                        ///< first; empty: none
+  /// Facts for reproduction. A value with several lines is shown whole.
   std::vector<std::pair<std::string, std::string>> facts;
   std::optional<TrainingCurves> training;
   std::vector<StudyRow> rows;  ///< one per noise
@@ -31,11 +32,11 @@ struct ReportData {
   std::vector<std::string> derived_states = {};  ///< states of the logs whose truth is the slope of another column
 };
 
-/// Facts of the model, and of the run that lies in `directory`: its metrics.csv, and its control_loop.json when that is
-/// not older than its model.json. Throws codegen::Error when one of them is there and damaged.
+/// Returns facts about the model and the run in `directory`: its metrics.csv, and its control_loop.json if that is not
+/// older than its model.json. Throws codegen::Error if one of them exists and is damaged.
 ReportData report_of(const codegen::Model& model, const std::string& directory);
 
-/// The page. Without a working gnuplot it says so in place of the plots.
+/// Returns the page. Without a working gnuplot it has notes in place of the plots.
 std::string render_report(const ReportData& data, const std::string& gnuplot = "gnuplot");
 
 /// Renders and replaces `path` atomically.

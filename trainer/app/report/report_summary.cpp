@@ -22,7 +22,7 @@ const Evaluation* named(const StudyRow& row, std::string_view name) {
   return nullptr;
 }
 
-/// The settled window in words: "settled (t >= 10 s)".
+/// Returns the settled window in words: "settled (t >= 10 s)".
 std::string settled_text(const ErrorMetrics& metrics) {
   EvaluationWindows windows;
   for (const ErrorMetrics::Window& window : metrics.windows) windows.push_back(window.window);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The result of a run in a few sentences and numbers: the top of its page.
+// The result of a run in a few sentences and numbers: the beginning of its page.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace nlo::trainer {
 
-/// The row that speaks for the whole: the first with Gaussian noise, else with any, else the first.
-/// Null: there is none.
+/// Returns the row for the summary: the first with Gaussian noise, otherwise the first with any noise, otherwise the
+/// first. Null: there is no row.
 const StudyRow* main_row(const std::vector<StudyRow>& rows);
 
-/// Plain text.
+/// Returns plain text.
 std::string plant_summary(const StudyRow& row);
 std::string log_summary(const LogEvaluation& logs);
 
-/// HTML: the numbers that matter most, large. Empty: there are none.
+/// Returns HTML: the most important numbers in large type. Empty if there are none.
 std::string tiles(const ReportData& data);
 
 }  // namespace nlo::trainer

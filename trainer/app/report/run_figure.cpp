@@ -20,9 +20,9 @@ using Eigen::VectorXd;
 constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5, kInput = 6;
 constexpr int kMasked = 5, kOutside = 3;  // bands
 constexpr int kWidth = 960, kPanelHeight = 100;
-constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and the extra height of a panel
+constexpr double kLines = 860, kAround = 60;  // pixels: width of the axes, and additional height of a panel
 
-/// An angle as the sensor shows it; jumps become gaps in the line.
+/// Returns an angle as the sensor shows it; jumps become gaps in the line.
 VectorXd wrapped(VectorXd values, double wrap) {
   if (wrap <= 0.0) return values;
   for (double& value : values) value = wrapped_difference(value, 0.0, wrap);
@@ -41,8 +41,8 @@ struct Window {
   VectorXd of(const VectorXd& values) const { return values.segment(from, count); }
 };
 
-/// Stretches of time where `flagged`. Each reaches half a step beyond its samples and is at least a pixel wide; nearer
-/// than that, they are one.
+/// Adds bands over the times at which `flagged` is true. Each extends half a step beyond its samples and is at least a
+/// pixel wide; bands closer than that are joined.
 void add_bands(std::vector<Band>& bands, const VectorXd& t, const Eigen::Array<bool, Eigen::Dynamic, 1>& flagged,
                int colour) {
   const Index n = t.size();
@@ -79,7 +79,7 @@ VectorXd error_of(const EvaluatedRun& run, Index state, double wrap) {
   return error;
 }
 
-/// A panel without numbers below it, of `height` panel heights.
+/// Returns a panel without numbers below it, with a height of `height` panels.
 Panel time_panel(const std::string& y_label, const VectorXd& t, double height) {
   Panel panel{"", y_label, false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
   panel.height = height;
@@ -88,14 +88,14 @@ Panel time_panel(const std::string& y_label, const VectorXd& t, double height) {
   return panel;
 }
 
-/// The y axis from low to high and a little more; without a range it is gnuplot's.
+/// Sets the y axis from low to high and a little more. Without a range gnuplot chooses it.
 void set_scale(Panel& panel, double low, double high, double share_beyond = 0.05) {
   if (!(high > low)) return;
   panel.y_low = low - share_beyond * (high - low);
   panel.y_high = high + share_beyond * (high - low);
 }
 
-/// Adds a line with the points that the panel can show; its scales are set before.
+/// Adds a line with the points that the panel can show. Its scales must be set before.
 void add_line(Panel& panel, const std::string& title, Style style, int colour, const VectorXd& t, const VectorXd& y) {
   const double height = panel.y_high - panel.y_low;
   const PixelScale scale{kLines / (panel.x_high - panel.x_low),
@@ -111,7 +111,7 @@ double highest(const VectorXd& values) {
   return values.maxCoeff<Eigen::PropagateNumbers>();
 }
 
-/// Truth, estimate and measurement, on a scale that a distant estimate does not determine.
+/// Shows truth, estimate and measurement, on a scale that an estimate far away does not determine.
 Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& truth, const VectorXd& estimate,
                   std::vector<Series> measured) {
   Panel panel = time_panel(with_unit(channel.name, channel.unit), t, 1.8);
@@ -142,7 +142,7 @@ Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& err
   std::sort(sizes.begin(), sizes.end());
   std::string name = "estimate - truth";
   if (!sizes.empty() && sizes.back() > 0.0) {
-    // The transient may be a hundred times the rest; on its scale the rest would be a line at zero.
+    // The transient may be a hundred times larger than the rest, which would then be a line at zero.
     constexpr double kFarOut = 5.0;
     const double usual = sizes[(sizes.size() - 1) * 9 / 10];
     const bool far_out = usual > 0.0 && sizes.back() > kFarOut * usual;
@@ -154,17 +154,17 @@ Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& err
   return panel;
 }
 
-/// As the sensor shows it.
+/// Returns the output as the sensor shows it.
 VectorXd measured_output(const EvaluatedRun& run, const Window& window, std::size_t j, const Channel& channel) {
   return wrapped(window.of(run.measured.row(static_cast<Index>(j)).transpose()), channel.wrap);
 }
 
-/// Is output j a state itself?
+/// Returns true if output j is a state itself.
 bool shows(const EvaluatedRun& run, std::size_t j, Index state) {
   return run.truth.outputs.row(static_cast<Index>(j)) == run.truth.states.row(state);
 }
 
-/// Two panels for each state.
+/// Returns two panels for each state.
 Figure states_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                      const Window& window, const VectorXd& t) {
   Figure figure{"", kWidth, kPanelHeight, false, {}};
@@ -187,7 +187,7 @@ Figure states_figure(const EvaluatedRun& run, const std::vector<Channel>& states
   return figure;
 }
 
-/// Shading, said in the first panel, and the time below the last one.
+/// Adds shading, explained in the first panel, and the time below the last one.
 void finish(Figure& figure, std::vector<Band> bands, const std::string& x_label) {
   for (Panel& panel : figure.panels) {
     panel.bands = bands;
@@ -222,7 +222,7 @@ Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, c
   const VectorXd t = window.of(run.truth.time_s);
   Figure figure = states_figure(run, states, outputs, window, t);
   const auto add_signal = [&](const std::string& name, int colour, const VectorXd& y) {
-    Panel panel = time_panel("", t, 1.2);  // too low for a name on its side
+    Panel panel = time_panel("", t, 1.2);  // too low for a vertical name
     set_scale(panel, lowest(y), highest(y));
     add_line(panel, name, Style::kThinLine, colour, t, y);
     figure.panels.push_back(std::move(panel));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of a test as plots: truth, estimate and measurement over time, under each state its error.
+// Runs of a test as plots: truth, estimate and measurement over time, with its error below each state.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,18 @@
 
 namespace nlo::trainer {
 
-/// From t0 to t1 [s]: a panel per state and below it the error x_hat - x, angles the short way round, on a scale of its
-/// own; then a panel per output that is not a state itself, and one per input where `inputs` names those of the run.
-/// Shaded where the truth is masked and where z is outside of the training domain. A few samples far out of the rest do
-/// not set a scale: the legend says how far they go.
+/// Draws a run from t0 to t1 [s]. Each state has a panel and below it the error x_hat - x, angles the shorter way
+/// round, on its own scale. Then there is a panel for each output that is not a state itself, and one for each input if
+/// `inputs` names those of the run. Times at which the truth is masked or z is outside of the training domain are
+/// shaded. A few samples far outside do not determine a scale; the legend states them.
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                   double t0, double t1, const std::vector<Channel>& inputs = {});
 
-/// The whole run without the panels of outputs that are no states; its time axis names the run and its errors.
+/// Draws the whole run without panels of outputs that are not states. Its time axis names the run and its errors.
 Figure run_picture(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs);
 
-/// Root mean square error of each state over the run's scored samples, with names and units: "x1 0.12 m, x2 0.3 m/s".
+/// Returns the root mean square error of each state over the run's scored samples, with names and units: "x1 0.12 m, x2
+/// 0.3 m/s".
 std::string run_errors(const EvaluatedRun& run, const std::vector<Channel>& states);
 
 struct ShownRuns {
@@ -31,10 +32,10 @@ struct ShownRuns {
   const std::vector<Channel>& outputs;
   const std::vector<Channel>& inputs;
   std::string condition;  ///< "with N(0, 0.5)"; may be empty
-  std::size_t of = 0;     ///< how many runs the test has
+  std::size_t of = 0;     ///< number of runs in the test
 };
 
-/// A figure for each run, and one for the start of the first; captions say which runs these are.
+/// Adds a figure for each run, and one for the start of the first. Captions say which runs these are.
 void add_runs(Page& page, const ShownRuns& shown);
 
 }  // namespace nlo::trainer

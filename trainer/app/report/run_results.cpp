@@ -129,7 +129,7 @@ ControlLoopResult parse_control_loop(std::string_view text, const std::string& n
 }
 
 ControlLoopResult read_control_loop(const std::string& path) {
-  constexpr std::size_t kMaxBytes = 1 << 20;  // a real one has two kilobytes
+  constexpr std::size_t kMaxBytes = 1 << 20;  // a usual file has two kilobytes
   return parse_control_loop(codegen::read_file(path, kMaxBytes), path);
 }
 

@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Each candidate where it was last trained.
+/// Shows each candidate at its last training.
 Figure errors_and_costs(const SearchRecord& record) {
   std::vector<PointResult> points;
   for (std::size_t c = 0; c < record.candidates.size(); ++c) {
@@ -30,7 +30,7 @@ Figure errors_and_costs(const SearchRecord& record) {
   return figure;
 }
 
-/// Errors of the candidates from rung to rung.
+/// Shows the errors of the candidates over the rungs.
 Figure races(const SearchRecord& record) {
   Figure figure;
   if (record.rungs.size() < 2) return figure;

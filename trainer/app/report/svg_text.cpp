@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Tenths of a pixel as the shortest decimal: -3 is "-.3".
+/// Returns tenths of a pixel as the shortest decimal: -3 is "-.3".
 std::string tenths_text(long tenths) {
   const long whole = std::labs(tenths) / 10, rest = std::labs(tenths) % 10;
   std::string text = tenths < 0 ? "-" : "";
@@ -21,7 +21,7 @@ std::string tenths_text(long tenths) {
   return text;
 }
 
-/// Replaces the text in each "FROM...TO" by `change` of it.
+/// Replaces the text in each "FROM...TO" by its `change`.
 template <class Change>
 std::string with_each(const std::string& text, std::string_view from, std::string_view to, Change change) {
   std::string result;
@@ -36,7 +36,7 @@ std::string with_each(const std::string& text, std::string_view from, std::strin
   return result.append(text, done);
 }
 
-/// Without <g ...> </g> that hold nothing but white space; gnuplot writes one for every pen that it takes up.
+/// Removes <g ...> </g> that contain only white space; gnuplot writes one for every pen.
 std::string without_empty_groups(const std::string& svg) {
   std::string result;
   std::size_t done = 0;
@@ -106,18 +106,18 @@ std::string inline_svg(std::string svg, const std::string& label) {
   };
   cut_all("<title>Gnuplot", "</title>");
   cut_all("<title>gnuplot_plot_", "</title>");
-  cut_all(" id=\"gnuplot_", "\"");  // the same in each figure of a page
+  cut_all(" id=\"gnuplot_", "\"");  // equal in each figure of a page
   cut_all("<desc>", "</desc>");
   if (!label.empty()) svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", escaped(label)));
   replace_all("stroke='black'", "stroke='currentColor'");
   replace_all(" color=\"black\"", "");
-  replace_all(" stroke-linecap=\"butt\" stroke-linejoin=\"miter\"", "");  // as it is where nothing is said
+  replace_all(" stroke-linecap=\"butt\" stroke-linejoin=\"miter\"", "");  // the default values
   replace_all("fill=\"black\"", "fill=\"currentColor\"");
   return without_empty_groups(with_each(svg, " d='", "'", short_path));
 }
 
 std::string standalone_svg(std::string svg) {
-  const std::string_view none = "fill=\"none\"/>", white = "fill=\"white\"/>";  // the rectangle behind all else
+  const std::string_view none = "fill=\"none\"/>", white = "fill=\"white\"/>";  // the background rectangle
   const auto at = svg.find(none);
   if (at != std::string::npos) svg.replace(at, none.size(), white);
   return svg + "\n";

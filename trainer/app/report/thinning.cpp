@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 constexpr double kColumn = 0.5, kTolerance = 0.4;  // pixels
 
-/// Samples from, ..., to - 1 by columns: the first, then the lowest and the highest of each, then the last.
+/// Returns samples in [from, to) by columns: the first, then the lowest and the highest of each column, then the last.
 std::vector<Index> extremes_of_columns(const VectorXd& x, const VectorXd& y, double pixels_per_unit, Index from,
                                        Index to) {
   std::vector<Index> kept{from};
@@ -56,7 +56,7 @@ class Piece {
   }
 
  private:
-  /// Squared distance in pixels of point i from the straight line from point a to point b.
+  /// Returns the squared distance in pixels of point i from the straight line through points a and b.
   double squared_distance(std::size_t i, std::size_t a, std::size_t b) const {
     const auto apart = [this](std::size_t p, std::size_t q) {
       return Eigen::Vector2d((x_[points_[p]] - x_[points_[q]]) * scale_.x,
@@ -68,7 +68,7 @@ class Piece {
     return (to - part * along).squaredNorm();
   }
 
-  /// Douglas and Peucker, on a list of its own: a recursion could be as deep as there are points.
+  /// Applies Douglas and Peucker's method with a list instead of recursion, which could be as deep as there are points.
   void between(std::size_t first, std::size_t last) {
     std::vector<std::pair<std::size_t, std::size_t>> open{{first, last}};
     while (!open.empty()) {
@@ -102,7 +102,7 @@ Line thinned_line(const VectorXd& x, const VectorXd& y, PixelScale scale) {
   for (Index from = 0; from < y.size();) {
     if (!std::isfinite(y[from])) {
       kept.push_back(from++);
-      while (from < y.size() && !std::isfinite(y[from])) ++from;  // one gap is as good as many
+      while (from < y.size() && !std::isfinite(y[from])) ++from;  // several gaps in a row are one
       continue;
     }
     Index to = from;

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Points of which a job takes one: the values of a key, or of keys that change together.
+/// A choice of a job: the values of a key, or of keys that change together.
 using Axis = std::vector<SweepPoint>;
 
 const std::vector<Key<SweepPlan>>& plan_keys() {
@@ -83,8 +83,8 @@ std::string value_text(const Toml& value) {
 
 using Visit = std::function<void(const std::string& key, const Toml& value)>;
 
-/// Visits the keys below `table`, tables walked through: training.steps of [grid.training] steps and of
-/// [grid] training.steps alike.
+/// Visits the keys below `table` and its subtables: training.steps of [grid.training] steps and of [grid]
+/// training.steps.
 void walk(const Toml& table, const std::string& prefix, const Visit& visit) {
   for (const auto& [name, value] : members_in_order(table)) {
     const auto fits = [](char c) {
@@ -102,7 +102,7 @@ void walk(const Toml& table, const std::string& prefix, const Visit& visit) {
   }
 }
 
-/// An axis for each key.
+/// Returns an axis for each key.
 std::vector<Axis> axes_of(const Toml& table, const std::string& title) {
   std::vector<Axis> axes;
   walk(table, "", [&](const std::string& key, const Toml& value) {
@@ -116,7 +116,7 @@ std::vector<Axis> axes_of(const Toml& table, const std::string& title) {
   return axes;
 }
 
-/// Keys that change together, as one axis.
+/// Returns keys that change together as one axis.
 Axis zipped(const std::vector<Axis>& axes, const std::string& place) {
   if (axes.empty()) throw codegen::Error(fmt::format("{}: [[zip]] has no keys; give two that change together", place));
   Axis axis(axes.front().size());
@@ -124,14 +124,14 @@ Axis zipped(const std::vector<Axis>& axes, const std::string& place) {
     const SweepValue &first = axes.front().front().front(), &own = each.front().front();
     if (each.size() != axis.size())
       throw codegen::Error(
-          fmt::format("{}: [[zip]] {} has {} values and {} has {}; keys that change together have as many", own.place,
-                      own.key, each.size(), first.key, axis.size()));
+          fmt::format("{}: [[zip]] {} has {} values and {} has {}; keys that change together must have equally many",
+                      own.place, own.key, each.size(), first.key, axis.size()));
     for (std::size_t i = 0; i < axis.size(); ++i) axis[i].push_back(each[i].front());
   }
   return axis;
 }
 
-/// In alphabetical order. Throws for a key that is there twice.
+/// Sorts the keys alphabetically. Throws for a key that is given twice.
 SweepPoint ordered(SweepPoint point) {
   std::stable_sort(point.begin(), point.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
   const auto twice =
@@ -142,7 +142,7 @@ SweepPoint ordered(SweepPoint point) {
   return point;
 }
 
-/// Every combination, the last axis changing first.
+/// Returns every combination, with the last axis changing fastest.
 std::vector<SweepPoint> combinations(const std::vector<Axis>& axes) {
   std::vector<SweepPoint> points(1);
   for (const Axis& axis : axes) {
@@ -157,7 +157,7 @@ std::vector<SweepPoint> combinations(const std::vector<Axis>& axes) {
   return points;
 }
 
-/// The tables of [[name]], none when the plan has none.
+/// Returns the tables of [[name]]; empty if the plan has none.
 std::vector<const Toml*> tables_of(const Toml& root, const std::string& name) {
   std::vector<const Toml*> tables;
   const auto found = root.as_table().find(name);
@@ -173,7 +173,7 @@ std::vector<const Toml*> tables_of(const Toml& root, const std::string& name) {
 
 void check_count(const SweepPlan& plan, const std::vector<Axis>& axes, std::size_t more) {
   std::string sizes;
-  double count = axes.empty() && more > 0 ? 0.0 : 1.0;  // no overflow
+  double count = axes.empty() && more > 0 ? 0.0 : 1.0;  // a double cannot overflow here
   for (const Axis& axis : axes) {
     count *= static_cast<double>(axis.size());
     sizes += fmt::format("{}{}", sizes.empty() ? "" : " x ", axis.size());

@@ -30,25 +30,25 @@ using SweepPoint = std::vector<SweepValue>;
 
 /// [test]: the strict test of observers of a plant; those of logs are judged on the test logs.
 struct SweepTest {
-  std::optional<NoiseConfig> noise;  ///< empty: that of the experiment's training
+  std::optional<NoiseConfig> noise;  ///< empty: the noise of the experiment's training
   unsigned long long seed = 1;
   int trajectories = 200;
 };
 
 struct SweepPlan {
   std::string place;       ///< the file
-  std::string experiment;  ///< as the plan has it
-  std::string data;        ///< directory of logs, as the plan has it; may be empty
+  std::string experiment;  ///< name or path in the plan
+  std::string data;        ///< directory of logs in the plan; may be empty
   std::vector<unsigned long long> seeds;
   SweepTest test;
-  std::vector<SweepPoint> points;  ///< at least one, which may be empty: the experiment as it stands
+  std::vector<SweepPoint> points;  ///< at least one; an empty point is the experiment itself
 };
 
-/// So many jobs at most: all of them are checked before the first line is written.
+/// Largest number of jobs; all of them are checked before the first line is written.
 constexpr std::size_t kMostSweepJobs = 10000;
 
-/// Throws codegen::Error `FILE:LINE: reason; remedy`.
-/// Whether the experiment takes the values is not asked here.
+/// Parses a plan. Throws codegen::Error `FILE:LINE: reason; remedy`. Does not check whether the experiment accepts the
+/// values.
 SweepPlan parse_sweep_plan(std::string_view text, const std::string& filename);
 SweepPlan read_sweep_plan(const std::string& path);
 

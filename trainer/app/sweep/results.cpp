@@ -61,7 +61,7 @@ PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
   return point;
 }
 
-/// No other point is as good in both and better in one.
+/// Returns true if no other point is as good in both values and better in one.
 bool on_front(const std::vector<PointResult>& points, const PointResult& point, CostOf cost) {
   const auto of = [cost](const PointResult& any) { return any.error && any.cost ? cost(*any.cost) : std::nullopt; };
   const std::optional<double> own = of(point);

@@ -14,22 +14,22 @@ namespace nlo::trainer {
 
 enum class JobStatus {
   kDone,
-  kFailed,      ///< the training diverged or got nowhere, and would again
-  kUnfinished,  ///< begun: run its line again
+  kFailed,      ///< the training diverged or did not improve its start, and would again
+  kUnfinished,  ///< begun; run its line again
   kMissing,     ///< not begun
   kOther        ///< its folder holds a training of another experiment or plan
 };
 
 std::string to_text(JobStatus status);
 
-/// The cost of an observer as a C++ header in float.
+/// Cost of an observer as a C++ header in float.
 struct JobCost {
   Eigen::Index multiply_adds = 0;  ///< multiply-adds of a step and an estimate
   Eigen::Index flash_bytes = 0;    ///< flash of constants
   std::optional<double> ns = {};   ///< time of a step and an estimate on this machine, if measured
 };
 
-/// One of the costs: an axis of the picture.
+/// Returns one of the costs: an axis of the figure.
 using CostOf = std::optional<double> (*)(const JobCost& cost);
 std::optional<double> multiply_adds_of(const JobCost& cost);
 std::optional<double> flash_bytes_of(const JobCost& cost);
@@ -37,33 +37,33 @@ std::optional<double> ns_of(const JobCost& cost);
 
 struct JobResult {
   JobStatus status = JobStatus::kMissing;
-  std::string message = {};                     ///< why it failed
-  std::optional<double> validation_error = {};  ///< error that chose the model, under the training's noise
-  std::optional<double> error = {};             ///< on test runs, or on test logs
+  std::string message = {};                     ///< reason for the failure
+  std::optional<double> validation_error = {};  ///< error that chose the model, under the noise of the training
+  std::optional<double> error = {};             ///< error on test runs, or on test logs
   std::optional<JobCost> cost = {};
 };
 
-/// A point over its seeds.
+/// A point with all its seeds.
 struct PointResult {
   std::string title;  ///< "hidden=[16] learning_rate=0.001"
   std::size_t jobs = 0, done = 0;
-  std::optional<double> error, standard_error;  ///< mean over the seeds, only when all are done; of two or more
-  std::optional<JobCost> cost;                  ///< the largest over the seeds
+  std::optional<double> error, standard_error;  ///< mean over the seeds if all are done; standard error of two or more
+  std::optional<JobCost> cost;                  ///< largest cost over the seeds
   bool best_for_multiply_adds = false, best_for_flash = false, best_for_ns = false;  ///< on the Pareto front
 };
 
-/// `results` by job. Points whose jobs are not all done have no error: a mean of the rest would flatter.
+/// `results` by job. Points with unfinished jobs have no error, because a mean of the others would be too good.
 std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
-/// Sets which points are on the Pareto fronts.
+/// Marks the points that are on the Pareto fronts.
 void mark_fronts(std::vector<PointResult>& points);
 
-/// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs give
-/// the same bytes, however often they were interrupted; only ns, empty unless it was measured,
-/// is of this machine and hour.
+/// Writes job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs
+/// give the same bytes, however often they were interrupted, except ns, which depends on the machine and is empty
+/// unless measured.
 std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
-/// Tables and findings for a terminal.
+/// Returns tables and findings for a terminal.
 std::string sweep_text(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results,
                        const std::vector<PointResult>& points);
 

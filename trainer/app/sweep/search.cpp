@@ -17,7 +17,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Every other draw keeps the structure that was chosen by hand.
+/// Changes the structure. Every other draw keeps the structure of the given experiment.
 void vary_structure(Experiment& experiment, double sample_period_s, Draws& draws) {
   if (draws.below(2) == 0) return;
   std::vector<Experiment> others;
@@ -26,13 +26,13 @@ void vary_structure(Experiment& experiment, double sample_period_s, Draws& draws
     if (structure->name() != experiment.observer.structure && structure->adopt(other, sample_period_s))
       others.push_back(std::move(other));
   }
-  // One that wants matrices of its plant was chosen for them, and another one cannot stand in for it.
+  // A structure with matrices of its plant was chosen for these, and another structure cannot replace it.
   Experiment same = experiment;
   if (!structure_of(experiment.observer).adopt(same, sample_period_s) || others.empty()) return;
   experiment = others[draws.below(others.size())];
 }
 
-/// [section] key -> value, one line each, as format_experiment() writes them.
+/// Returns [section] key -> value, one line each, as format_experiment() writes them.
 std::map<std::string, std::string> values_of(const Experiment& experiment) {
   std::map<std::string, std::string> values;
   const std::string text = format_experiment(experiment);
@@ -84,7 +84,7 @@ Difference difference(const Experiment& base, const Experiment& other) {
         (found == before.end() && key.starts_with("dynamics.")))
       continue;
     result.full += fmt::format("{}{} = {}", result.full.empty() ? "" : ", ", key, value);
-    // Settings that belong to a structure are implied by its name.
+    // Settings that depend on the structure follow from its name.
     if (key.starts_with("training.") && key != "training.learning_rate") continue;
     const std::string space = result.title.empty() ? "" : " ";
     if (key == "observer.structure")
@@ -117,7 +117,8 @@ std::vector<Rung> halving_rungs(std::size_t candidates, double seconds) {
 
 std::size_t candidates_for(double seconds, double setup_s) {
   constexpr std::size_t kFewest = 4, kMost = 64;
-  const double shortest = std::max(2.0, 3.0 * setup_s);  // time of a training that predicts longer ones [s]
+  // A shorter training does not predict the time of longer ones [s].
+  const double shortest = std::max(2.0, 3.0 * setup_s);
   std::size_t candidates = kFewest;
   while (candidates < kMost && halving_rungs(candidates + 1, seconds).front().seconds >= shortest) ++candidates;
   return candidates;

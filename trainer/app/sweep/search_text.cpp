@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Rungs in which a candidate was trained to the end.
+/// Returns the number of rungs in which a candidate was trained to the end.
 std::size_t rungs_of(const SearchRecord& record, std::size_t candidate) {
   std::size_t count = 0;
   for (const std::vector<Trial>& rung : record.rungs)
@@ -103,7 +103,8 @@ std::vector<std::string> search_findings(const SearchStory& story) {
 std::string search_text(const SearchStory& story) {
   constexpr std::size_t kShown = 8;
   const Table table = search_table(story);
-  const auto line = [](const std::vector<std::string>& cells) {  // last, because the varied settings may be long
+  // The last column, because the varied settings may be long.
+  const auto line = [](const std::vector<std::string>& cells) {
     return fmt::format("  {:1} {:>8} {:>7} {:>5} {:>14} {:>14}  {}\n", cells[0], cells[1], cells[2], cells[3], cells[4],
                        cells[5], cells[6]);
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trials of a search in words for people.
+// The trials of a search in words for readers.
 #pragma once
 
 #include <string>
@@ -12,20 +12,20 @@ namespace nlo::trainer {
 
 struct SearchStory {
   std::string command, experiment;  ///< its name
-  std::string held_out;             ///< logs that were taken from training to choose by; empty: none
+  std::string held_out;             ///< logs that were held out of training for the choice; empty: none
   SearchRecord record;
 };
 
-/// Describes the settings that a candidate varies, for people.
+/// Describes the settings that a candidate varies for readers.
 std::string title_of(const Candidate& candidate);
 
-/// The farther a candidate came the higher, then by error; the one chosen has a star.
+/// Returns a table, sorted by the last rung of a candidate, then by error. The chosen one has a star.
 Table search_table(const SearchStory& story);
 
-/// Describes the choice beside the given experiment, then the search, in sentences.
+/// Returns sentences that compare the choice with the given experiment and describe the search.
 std::vector<std::string> search_findings(const SearchStory& story);
 
-/// For a terminal: the last rungs and the findings.
+/// Returns the last rungs and the findings for a terminal.
 std::string search_text(const SearchStory& story);
 
 }  // namespace nlo::trainer

@@ -18,7 +18,7 @@ bool is_plain(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
 }
 
-/// "[16, 32]" -> "16-32", which is a valid folder name on all systems.
+/// Turns "[16, 32]" into "16-32", which is a valid folder name on all systems.
 std::string folder_text(const std::string& value) {
   std::string text;
   for (const char c : value) {
@@ -33,7 +33,7 @@ std::string folder_text(const std::string& value) {
 }
 
 std::string name_of(const SweepJob& job) {
-  constexpr std::size_t kLongest = 80;  // a file system takes 255, a person fewer
+  constexpr std::size_t kLongest = 80;  // a file system allows 255, but a reader prefers less
   std::string name, identity;
   for (const SweepValue& value : job.values) {
     name += fmt::format("{}-{}_", value.key.substr(value.key.rfind('.') + 1), folder_text(value.value));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The jobs of a plan: each trains one point with one seed into a folder of its own, and is one line for a shell.
+// The jobs of a plan: each trains one point with one seed into its own folder, and is one line for a shell.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@ namespace nlo::trainer {
 struct SweepJob {
   SweepPoint values;
   std::optional<unsigned long long> seed;
-  std::size_t point = 0;  ///< its place among the points of the plan: jobs of one point differ in their seed alone
-  /// Name of its folder: the varied settings, for people, and a hash of them. It depends on the point and the seed
-  /// alone, so that a plan that grows keeps its folders.
+  std::size_t point = 0;  ///< index among the points of the plan; jobs of one point differ only in their seed
+  /// Name of its folder: the varied settings for readers, and a hash of them. It depends only on the point and the
+  /// seed, so that a plan that grows keeps its folders.
   std::string name;
 
-  std::vector<std::string> assignments() const;  ///< KEY=VALUE, as --set takes them
+  std::vector<std::string> assignments() const;  ///< KEY=VALUE, for --set
 };
 
-/// By point, then by seed.
+/// Returns the jobs by point, then by seed.
 std::vector<SweepJob> jobs_of(const SweepPlan& plan);
 
 /// Paths for a job, relative to the directory where it runs.
@@ -31,8 +31,8 @@ struct SweepPlaces {
   std::optional<int> threads;            ///< threads of each job
 };
 
-/// nlo train EXPERIMENT --set KEY=VALUE ... --seed N -o FOLDER/NAME --resume -q, quoted for a shell. Throws
-/// codegen::Error where a path has a line break.
+/// Returns the line nlo train EXPERIMENT --set KEY=VALUE ... --seed N -o FOLDER/NAME --resume -q, quoted for a shell.
+/// Throws codegen::Error if a path has a line break.
 std::string job_line(const SweepJob& job, const SweepPlaces& places);
 
 /// Part `index` of `count`, index = 0 ... count - 1: every count-th job.
@@ -42,7 +42,7 @@ struct Shard {
   bool has(std::size_t job) const { return job % count == index; }
 };
 
-/// From "3/16". Throws codegen::Error.
+/// Reads "3/16". Throws codegen::Error for another text.
 Shard parse_shard(const std::string& text);
 
 }  // namespace nlo::trainer

@@ -35,7 +35,7 @@ std::string progress_bar(double share, std::size_t cells, bool utf8) {
     const auto full = static_cast<std::size_t>(share * static_cast<double>(cells));
     return fmt::format("[{:#<{}}{:.<{}}]", "", full, "", cells - full);
   }
-  // Eighths of a cell, so that slow runs are seen to move.
+  // Eighths of a cell, so that the progress of slow runs is visible.
   constexpr std::string_view kPartial[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
   const auto eighths = static_cast<std::size_t>(share * static_cast<double>(8 * cells));
   std::size_t drawn = eighths / 8;
@@ -92,7 +92,7 @@ std::string progress_bar_line(const TrainProgress& progress, std::size_t columns
                                                           : fmt::format("  {} {}", utf8 ? "λ" : "eigenvalues",
                                                                         eigenvalues_text(progress.eigenvalues, utf8));
 
-  // Texts after the bar, from the longest to the shortest. The first that leaves room for a bar is shown.
+  // Texts after the bar, from the longest to the shortest. The first that leaves room for a bar is used.
   const std::string versions[] = {count + errors + lambda + rate + left, count + errors + rate + left,
                                   count + errors + left, count + errors};
   const std::size_t brackets = utf8 ? 0 : 2;

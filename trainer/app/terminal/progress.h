@@ -13,23 +13,23 @@
 
 namespace nlo::trainer {
 
-/// Bar, step, loss, RMSE, eigenvalues, rate and time left in at most `columns` terminal columns: the eigenvalues go
-/// first when room is short, the rate next. Without `utf8` the text is ASCII.
+/// Returns bar, step, loss, RMSE, eigenvalues, rate and time left in at most `columns` terminal columns. If there is
+/// not enough room, the eigenvalues are left out first, then the rate. Without `utf8` the text is ASCII.
 std::string progress_bar_line(const TrainProgress& progress, std::size_t columns, bool utf8);
 
 /// Describes the progress in words, for a log.
 std::string progress_log_line(const TrainProgress& progress, bool utf8);
 
-/// "-0.26±0.92i, -1.3": a complex pair once, whether one or both of its members are listed.
+/// Returns "-0.26±0.92i, -1.3": a complex pair once, whether one or both of its members are listed.
 std::string eigenvalues_text(const std::vector<std::complex<double>>& eigenvalues, bool utf8);
 
-/// "8 s", "2:05", "1:02:05"; "?" when it is not known.
+/// Returns "8 s", "2:05", "1:02:05"; "?" if the time is not known.
 std::string duration_text(double seconds);
 
-/// A bar of `cells` columns, in eighths of a cell where `utf8` allows it; `share` in [0, 1].
+/// Returns a bar of `cells` columns, in eighths of a cell if `utf8` allows it; `share` in [0, 1].
 std::string progress_bar(double share, std::size_t cells, bool utf8);
 
-/// `text` cut to the first `columns` terminal columns.
+/// Returns the first `columns` terminal columns of `text`.
 std::string shortened(const std::string& text, std::size_t columns);
 
 class ProgressDisplay {
@@ -40,7 +40,7 @@ class ProgressDisplay {
   ProgressDisplay(std::FILE* stream, Mode mode, bool utf8, std::size_t columns = 0)
       : line_(stream, mode, utf8, columns) {}
 
-  /// Call as often as you like: see StatusLine.
+  /// May be called as often as you like: see StatusLine.
   void update(const TrainProgress& progress);
 
   /// Ends the redrawn line, with its latest state on it, so that other text can follow.

@@ -44,13 +44,13 @@ StatusLine::~StatusLine() {
 
 std::size_t StatusLine::columns() const {
   if (fixed_columns_ > 0) return fixed_columns_;
-  winsize size{};  // asked each time: the window may be resized during a run
+  winsize size{};  // asked each time, because the window may be resized during a run
   if (ioctl(fileno(stream_), TIOCGWINSZ, &size) == 0 && size.ws_col > 1) return size.ws_col - std::size_t{1};
   return 79;
 }
 
 void StatusLine::draw() {
-  // Back to the first column, then the line, and the rest of a longer line erased.
+  // Writes the line from the first column, and erases the rest of a longer line.
   const std::string line = "\r" + latest_(columns(), utf8_) + "\x1b[K";
   std::fwrite(line.data(), 1, line.size(), stream_);
   std::fflush(stream_);

@@ -22,7 +22,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The cell that a message of CsvTable is about: FILE:LINE:HEADING: "CELL" is no number.
+/// Returns the cell in a message of CsvTable: FILE:LINE:HEADING: "CELL" is no number.
 std::string cell_in(const std::string& message) {
   const auto end = message.find("\" is ");
   const auto from = end == std::string::npos || end == 0 ? std::string::npos : message.rfind('"', end - 1);
@@ -31,9 +31,9 @@ std::string cell_in(const std::string& message) {
 
 /// Cells of a column that are not numbers.
 struct CellWords {
-  std::vector<std::string> cells;  ///< each once
-  bool are_few = true;             ///< three at most, in less than half of the rows
-  std::string where;               ///< the first, and how often; empty: there is none
+  std::vector<std::string> cells;  ///< each cell once
+  bool are_few = true;             ///< at most three different cells, in less than half of the rows
+  std::string where;               ///< place of the first one, and their number; empty: there are none
 };
 
 CellWords words_in(const std::vector<CsvTable>& tables, const std::string& heading) {

@@ -12,19 +12,20 @@ namespace nlo::trainer {
 
 class ColumnNumbers {
  public:
-  /// Leaves out empty cells and the cells that missing() names: impossible values (impossible_values.h), and up to
-  /// three words where more than half of the cells are numbers.
+  /// Reads a column. Leaves out empty cells and the cells that missing() returns: impossible values
+  /// (impossible_values.h), and up to three words if more than half of the cells are numbers.
   static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading, bool is_command);
 
-  /// The stamps of a clock as read_stamps() cleans them, in units of the column (times of day: in seconds), a file for
-  /// each run between restarts. `notes`: adds notes on single wrong stamps. Throws codegen::Error if the column is
-  /// no clock.
+  /// Returns the stamps of a clock after read_stamps(), in units of the column (times of day: in seconds), one file for
+  /// each run between restarts. `notes`: adds notes on single wrong stamps. Throws codegen::Error if the column is not
+  /// a clock.
   static ColumnNumbers of_clock(const std::vector<CsvTable>& tables, const std::string& heading,
                                 std::vector<std::string>& notes);
 
   bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
-  const std::string& first_cell() const { return first_cell_; }  ///< first cell that is no number
-  /// Cells that seem to stand for no value, as the key `missing` has them, and where the first is; empty: none.
+  const std::string& first_cell() const { return first_cell_; }  ///< first cell that is not a number
+  /// Returns cells that seem to mean no value, in the form of the key `missing`; the next function gives the place of
+  /// the first one.
   const std::vector<std::string>& missing() const { return missing_; }
   const std::string& where_missing() const { return where_missing_; }
   double low() const { return low_; }
@@ -32,18 +33,19 @@ class ColumnNumbers {
 
   bool is_text() const { return is_text_; }      ///< a clock of times of day
   bool increases() const { return increases_; }  ///< strictly, in each file, without an empty cell
-  bool is_even() const;                          ///< increasing by steps that are within a tenth of the median
-  bool counts_rows() const;                      ///< whole numbers, one apart
+  bool is_even() const;                          ///< increases by steps that are within a tenth of the median
+  bool counts_rows() const;                      ///< integers with steps of one
   bool is_constant() const { return is_numeric_ && low_ == high_; }
   bool is_whole() const;
   bool is_copy_of(const ColumnNumbers& other) const;
 
   struct Steps {
-    double median = 0.0, deviation = 0.0, duration = 0.0;  ///< deviation: from an even grid, in medians
+    double median = 0.0, deviation = 0.0, duration = 0.0;  ///< deviation: from an even grid, as a share of the median
   };
-  Steps steps() const;  ///< steps where it increases
+  Steps steps() const;  ///< steps of an increasing column
 
-  /// Rows from one value to the next, the same in all files (regular_spacing()); 0: in every row, or not regular.
+  /// Returns the number of rows from one value to the next, the same in all files (regular_spacing()). 0: a value in
+  /// every row, or not regular.
   Eigen::Index spacing() const { return spacing_; }
 
   const std::vector<Eigen::VectorXd>& files() const { return files_; }
@@ -58,13 +60,14 @@ class ColumnNumbers {
   std::string where_missing_;
 };
 
-/// The full turn of an angle, 0 where it does not seem to wrap. Either it jumps back: every step of more than half a
-/// turn, one at least, is near a whole one, and the range is one turn. Or `unit` is that of an angle, and its numbers
-/// stay in one turn, from -1/2 or from 0 on, fill half of it and come near half a turn: then another run may jump.
+/// The full turn of an angle; 0 if it does not seem to wrap. Either the column jumps back: it has steps of more than
+/// half a turn, all of them near a whole turn, and its range is one turn. Or `unit` is that of an angle, and the
+/// numbers stay within one turn from -1/2 or 0 on, fill half of it and come near half a turn: then another run may
+/// jump.
 struct FullTurn {
   double wrap = 0.0;
-  std::string unit;    ///< "rad", "deg", where it wraps
-  bool jumps = false;  ///< else no log shows a jump
+  std::string unit;    ///< "rad" or "deg", if the angle wraps
+  bool jumps = false;  ///< true if a log shows a jump
 };
 FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit);
 

@@ -15,9 +15,9 @@
 namespace nlo::trainer {
 namespace {
 
-using Unit = std::pair<std::string_view, std::string_view>;  // as headings end, and as it is written here
+using Unit = std::pair<std::string_view, std::string_view>;  // ending of a heading, and its unit
 
-// The longest first: "_m_s" is no time.
+// Longest first, so that "_m_s" is not read as seconds.
 constexpr auto kSuffixes = std::to_array<Unit>({
     {"_rad_per_s", "rad/s"},
     {"_deg_per_s", "deg/s"},
@@ -80,7 +80,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// "°C" and the like as they are written here.
+/// Returns the unit in the spelling of this program, for "°C" and the like.
 std::string written(std::string unit) {
   constexpr auto kSame = std::to_array<Unit>({{"°C", "degC"},
                                               {"C", "degC"},
@@ -105,7 +105,7 @@ std::string written(std::string unit) {
   return unit;
 }
 
-/// Takes "(m)" or "[m]" off the end of a heading; "y(2)" and "/joints/position[elbow]" end in an element.
+/// Removes "(m)" or "[m]" from the end of a heading. "y(2)" and "/joints/position[elbow]" end in an index and stay.
 bool take_brackets(std::string& heading, std::string& unit) {
   for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
     const auto from = heading.rfind(open);
@@ -151,7 +151,7 @@ Heading read_heading(const std::string& heading, const std::vector<std::string>&
   for (std::size_t i = 0; i < rest.size(); ++i) {
     const bool is_letter = is(i, std::isalnum), is_big = is_letter && is(i, std::isupper);
     const bool after_small = i > 0 && is(i - 1, std::isalnum) && !is(i - 1, std::isupper);
-    // "IMUGyro": the last of several capitals begins the next word where two small letters follow it.
+    // "IMUGyro": the last of several capitals begins the next word if two small letters follow it.
     const bool ends_capitals = i > 0 && is(i - 1, std::isupper) && is(i + 1, std::islower) && is(i + 2, std::islower);
     if (!is_letter || (is_big && (after_small || ends_capitals))) end_word();
     if (is_letter) word += static_cast<char>(std::tolower(static_cast<unsigned char>(rest[i])));

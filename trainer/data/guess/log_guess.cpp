@@ -22,7 +22,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Makes the roles of one log.
+/// Finds the roles of the columns of one log.
 class Guess {
  public:
   Guess(std::vector<CsvTable> tables, const LogHints& hints, GuessedLog& log)
@@ -43,7 +43,7 @@ class Guess {
   void make() {
     for (const std::string& heading : headings_) {
       parsed_.push_back(read_heading(heading, headings_));
-      // A unit below the headings is one in brackets behind its heading.
+      // A unit below the headings is treated like one in brackets behind its heading.
       if (const std::string unit = tables_.front().unit(heading); !unit.empty())
         parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
     }
@@ -81,7 +81,7 @@ class Guess {
                                          column.where_missing, show_cells(column.missing)));
   }
 
-  /// Makes column `i` the clock. Throws codegen::Error where it is none.
+  /// Makes column `i` the clock. Throws codegen::Error if it is not a clock.
   void take_clock(std::size_t i, const std::string& why) {
     std::vector<std::string> notes;
     const ColumnNumbers stamps = ColumnNumbers::of_clock(tables_, headings_[i], notes);
@@ -94,7 +94,8 @@ class Guess {
         why + "; " + unit.why};
   }
 
-  /// Before all columns are in memory as numbers: the check of a clock takes as much again.
+  /// Finds a clock by name before all columns are in memory as numbers, because the check of a clock needs as much
+  /// memory.
   void find_named_clock() {
     for (std::size_t i = 0; i < headings_.size(); ++i) {
       if (!is_time_word(parsed_[i]) || is_half_stamp(parsed_[i], parsed_)) continue;
@@ -130,12 +131,12 @@ class Guess {
                       fmt::join(halves, " and ")));
   }
 
-  /// Why a column that is not the clock is a time all the same; empty: nothing tells.
+  /// Returns the reason why a column that is not the clock is still a time; empty: none.
   std::string why_other_time(std::size_t i) const {
     if (is_half_stamp(parsed_[i], parsed_)) return "a part of a stamp";
     static const std::vector<std::string> kUnits = {"s", "ms", "us", "ns"};
     const bool has_time_unit = std::ranges::find(kUnits, parsed_[i].unit) != kUnits.end();
-    // "T" that goes up and down is a temperature.
+    // A column "T" that does not increase is a temperature.
     const bool is_time = is_time_word(parsed_[i]) && (parsed_[i].name.size() > 1 || numbers_[i].increases());
     if (!is_time && !(has_time_unit && numbers_[i].increases())) return "";
     return log_.clock.heading.empty() ? "named like a time, and no clock"
@@ -189,10 +190,10 @@ class Guess {
             log_.columns, [&](const GuessedColumn& c) { return hint == c.heading || hint == c.name; });
         if (found == log_.columns.end()) refuse(hint, option);
         if (found->low > found->high)
-          throw codegen::Error(fmt::format("{} {}: the column's cells are no numbers", option, hint));
+          throw codegen::Error(fmt::format("{} {}: the cells of the column are not numbers", option, hint));
         const std::string why = fmt::format("{} names it", option);
         if (role == ColumnRole::kState && is_given(hints_.outputs, *found)) {
-          both_.push_back(*found);  // a state that is measured as well: listed twice
+          both_.push_back(*found);  // a state that is also measured is listed twice
           both_.back().role = role;
           both_.back().why = why;
           continue;
@@ -229,9 +230,10 @@ class Guess {
                                                      : fmt::format("did you mean \"{}\"?", nearest)));
   }
 
-  /// If some columns are named as sensors and none as truth, the rest is truth; and the other way round. But a column
-  /// with a value in each n-th row is a slow sensor if other columns of the rest have one in every row, and so is one
-  /// whose quantity is mostly measured, as long as another one is left to be estimated.
+  /// Decides roles by exclusion. If some columns are named as sensors and none as truth, the rest is truth, and the
+  /// other way round. Two kinds of columns of the rest are sensors, as long as another one remains to be estimated: a
+  /// slow sensor, with a value in each n-th row while other columns have one in every row; and a column of a quantity
+  /// that is usually measured.
   void decide_by_exclusion() {
     const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
     if (sensors == truth) return;
@@ -264,7 +266,7 @@ class Guess {
     }
   }
 
-  /// Without any truth in the log: the velocities of the measurements, by a filter that looks ahead.
+  /// Adds velocities of the measurements by a non-causal filter, for a log without any truth.
   void derive_velocities() {
     if (log_.count(ColumnRole::kState) > 0 || !both_.empty() || !log_.undecided().empty() || !hints_.states.empty())
       return;
@@ -283,7 +285,7 @@ class Guess {
     log_.columns.insert(log_.columns.end(), derived.begin(), derived.end());
   }
 
-  /// Two headings may make one name, and a measured state is two columns.
+  /// Makes names unique. Two headings may give the same name, and a measured state is two columns.
   void name_apart() {
     for (GuessedColumn& state : both_) {
       const auto output = std::ranges::find(log_.columns, state.heading, &GuessedColumn::heading);
@@ -305,13 +307,13 @@ class Guess {
   std::vector<CsvTable> tables_;
   const LogHints& hints_;
   GuessedLog& log_;
-  std::vector<std::string> headings_, twice_;  ///< once each, and those that are left out
+  std::vector<std::string> headings_, twice_;  ///< headings once each, and headings that are left out
   std::vector<Heading> parsed_;
   std::vector<ColumnNumbers> numbers_;
   std::vector<GuessedColumn> both_;
 };
 
-/// Keeps the columns that every file has, in the order of the first file; others are noted.
+/// Keeps the columns that every file has, in the order of the first file. Adds a note on the others.
 void keep_common_headings(const std::vector<CsvTable>& tables, GuessedLog& log) {
   for (const CsvTable& table : tables)
     for (const std::string& heading : tables.front().headings())

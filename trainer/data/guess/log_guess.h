@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Guesses roles, units, wraps and the clock of a log's columns from headings and numbers. Each guess has a reason.
-// Roles that the numbers cannot show (truth that a system in flight would not have) stay undecided.
+// Roles that the numbers cannot show (truth that is not measured in flight) stay undecided.
 #pragma once
 
 #include <string>
@@ -11,31 +11,31 @@
 
 namespace nlo::trainer {
 
-/// Roles given by the user, by headings or by the names that are made from them.
+/// Roles given by the user, as headings or as the names that are made from them.
 struct LogHints {
   std::vector<std::string> states, outputs, inputs;
-  double period_s = 0.0;  ///< between rows, where no column is a time; 0: not said
+  double period_s = 0.0;  ///< time between rows, if no column is a time; 0: not given
 };
 
 struct GuessedColumn {
   std::string heading, name, unit;
   ColumnRole role = ColumnRole::kIgnored;
-  bool is_decided = true;            ///< false: ignored until the user chooses its role
-  double wrap = 0.0;                 ///< full turn, in its unit; 0: no angle that wraps
-  bool jumps = false;                ///< the log shows that it wraps; else unit and range alone tell
-  std::string derivative_of;         ///< a state that is the derivative of this output
+  bool is_decided = true;            ///< false: the column is ignored until the user chooses its role
+  double wrap = 0.0;                 ///< full turn, in its unit; 0: not an angle that wraps
+  bool jumps = false;                ///< true if the log shows that it wraps; else only unit and range suggest it
+  std::string derivative_of;         ///< the output whose derivative this state is
   std::string why;                   ///< the reason for the role
-  std::vector<std::string> missing;  ///< cells that seem to stand for no value
-  std::string where_missing;         ///< the first of them, and how many there are
-  double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: it has none
-  Eigen::Index spacing = 0;          ///< rows from one value to the next; 0: it has one in every row, or not regularly
-  double period_s = 0.0;             ///< the same in seconds; 0, too, where no clock is known
+  std::vector<std::string> missing;  ///< cells that seem to mean no value
+  std::string where_missing;         ///< place of the first of them, and their number
+  double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: no numbers
+  Eigen::Index spacing = 0;          ///< rows from one value to the next; 0: a value in every row, or not regular
+  double period_s = 0.0;             ///< the same in seconds; 0 also if the clock is not known
 };
 
 struct GuessedClock {
   std::string heading, unit;  ///< empty: no column is a time
   double period_s = 0.0;      ///< median step; 0: not known
-  double deviation = 0.0;     ///< largest distance of a stamp from an even grid, in periods
+  double deviation = 0.0;     ///< largest distance of a stamp from an even grid [periods]
   double duration_s = 0.0;    ///< sum over all files
   std::string why;
 };
@@ -43,17 +43,17 @@ struct GuessedClock {
 struct GuessedLog {
   CsvFormat format;
   GuessedClock clock;
-  std::vector<GuessedColumn> columns;  ///< one for each heading of the first file but the time, then derivatives
-  std::string directory;               ///< above all files; empty: the current one
-  std::vector<std::string> train, validation, test;  ///< below it
+  std::vector<GuessedColumn> columns;  ///< one for each heading of the first file except the time, then derivatives
+  std::string directory;               ///< common folder of all files; empty: the current one
+  std::vector<std::string> train, validation, test;  ///< paths relative to it
   Eigen::Index rows = 0;
   std::vector<std::string> notes;
 
   std::size_t count(ColumnRole role) const;
-  std::vector<std::string> undecided() const;  ///< names
+  std::vector<std::string> undecided() const;  ///< names of columns without a role
 };
 
-/// Throws codegen::Error where a file is no table of numbers, or a hint names no column.
+/// Guesses. Throws codegen::Error if a file is not a table of numbers, or if a hint names no column.
 GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hints);
 
 }  // namespace nlo::trainer

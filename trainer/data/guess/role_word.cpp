@@ -76,7 +76,7 @@ const Words& voltage_words() {
   return kWords;
 }
 
-/// Words of a voltage that feeds, not drives.
+/// Returns the words of a supply voltage, which is not a command.
 const Words& supply_words() {
   static const Words kWords = {"battery", "batt", "bat", "supply", "bus", "cell", "pack"};
   return kWords;
@@ -103,9 +103,9 @@ bool is_among(std::string_view word, const Words& words) {
   return std::ranges::find(words, word) != words.end();
 }
 
-/// The first word of a heading that is among some, as role_word() counts words; empty: none is.
+/// Returns the first word of a heading that is in `words`, counted like in role_word(); empty: none.
 std::string among(const Heading& heading, const Words& words) {
-  constexpr std::size_t kShortestPair = 3;  // "i_d" is no "id"
+  constexpr std::size_t kShortestPair = 3;  // "i_d" is not "id"
   const auto counts = [&](const std::string& word) {
     return is_among(word, words) || is_among(trimmed(word, "0123456789"), words);
   };
@@ -126,13 +126,13 @@ bool has_heading(const std::vector<Heading>& all, const std::string& name) {
   return std::ranges::find(all, name, &Heading::name) != all.end();
 }
 
-/// "u", "u2": the letter by itself.
+/// Returns true for "u" and "u2": the letter alone.
 bool is_letter(const Heading& heading, char letter) {
   return heading.name.size() <= 2 && heading.name.front() == letter &&
          (heading.name.size() == 1 || (heading.name[1] >= '0' && heading.name[1] <= '9'));
 }
 
-/// "ax", "gy" beside another axis of the same letter: an accelerometer, a gyro.
+/// Returns true for "ax" or "gy" if there is another axis with the same letter: an accelerometer, a gyro.
 bool is_axis(const Heading& heading, const std::vector<Heading>& all) {
   constexpr std::string_view kLetters = "ag", kAxes = "xyz";
   const std::string& name = heading.name;
@@ -144,7 +144,7 @@ bool is_charge(const Heading& heading) {
   return has(heading, charge_words()) || heading.name.find("state_of_charge") != std::string::npos;
 }
 
-/// In a log with a state of charge the voltage is measured, and the load draws the current.
+/// Returns a role in a log with a state of charge: the voltage is measured, and the load draws the current.
 RoleWord battery_role(const Heading& heading) {
   if (is_charge(heading)) return {ColumnRole::kState, false, "a state of charge: no sensor gives it"};
   if (has(heading, voltage_words()) || heading.unit == "V" || heading.unit == "mV" || is_letter(heading, 'v'))

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder that all files are below, as the user wrote it.
+/// Returns the common folder of all files, in the spelling of the user.
 fs::path common_directory(const std::vector<std::string>& files) {
   fs::path common = fs::path(files.front()).parent_path();
   for (const std::string& file : files) {
@@ -31,7 +31,7 @@ fs::path common_directory(const std::vector<std::string>& files) {
 
 LogFileSplit split_log_files(std::vector<std::string> files, std::vector<std::string>& notes) {
   LogFileSplit split;
-  std::map<std::string, std::string> seen;  // by their contents
+  std::map<std::string, std::string> seen;  // path by contents
   for (const std::string& file : expand_files("", files)) {
     const auto [first, is_new] = seen.emplace(content_hash({file}), file);
     if (is_new)

@@ -13,8 +13,8 @@
 
 namespace nlo::trainer {
 
-/// tanh as it flies in float; in double, where gradients are compared with finite differences, the exact one: the
-/// slope 1 - a^2 is that of tanh, not of its approximation.
+/// tanh as it flies in float. In double, for comparisons of gradients with finite differences, it is exact, because the
+/// slope 1 - a^2 is that of tanh and not of its approximation.
 template <class P>
 NLO_INLINE P smooth_tanh(P v) {
   using Scalar = typename simd::ScalarOf<P>::Type;
@@ -35,8 +35,8 @@ NLO_INLINE P smooth_sigmoid(P v) {
   return half + half * smooth_tanh(v * half);
 }
 
-/// P is a scalar or a register of them. Slope and curvature take v and a = value(v); v is a again where the row of
-/// codegen/model/activations.h says that the slope does not need it.
+/// P is a scalar or a register of them. Slope and curvature get v and a = value(v). If the row of
+/// codegen/model/activations.h says that the slope does not need v, they get a in its place.
 template <Activation kKind>
 struct BlockActivation;
 
@@ -85,7 +85,7 @@ struct BlockActivation<Activation::kSilu> {
     const P s = smooth_sigmoid(v);
     return s + a * (P{} + simd::literal<P>(1.0) - s);
   }
-  /// s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v)
+  /// Returns s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v).
   template <class P>
   static NLO_INLINE P curvature(P v, P) {
     const P one = P{} + simd::literal<P>(1.0);

@@ -20,7 +20,7 @@ template <class Scalar, int kColumns>
 struct Products {
   static constexpr int kWidth = NetworkBlock<Scalar, kColumns>::kWidth;
   static constexpr int kStride = NetworkBlock<Scalar, kColumns>::kStride;
-  static constexpr int kPacks = kColumns >= 2 * kWidth ? 2 : 1;  // registers of samples a tile is wide
+  static constexpr int kPacks = kColumns >= 2 * kWidth ? 2 : 1;  // width of a tile in registers of samples
   using P = simd::Pack<Scalar, kWidth>;
   static_assert(kColumns % (kPacks * kWidth) == 0);
 
@@ -30,7 +30,7 @@ struct Products {
     int per_row, per_column;
   };
 
-  /// One tile: kRows rows of W times kPacks registers of samples. `finish(row, pack, sum)` takes each result.
+  /// Computes one tile: kRows rows of W times kPacks registers of samples. `finish(row, pack, sum)` gets each result.
   template <int kRows, class Finish>
   static NLO_INLINE void product_tile(Weights w, int columns, const Scalar* bias, const Scalar* in,
                                       const Finish& finish) {
@@ -54,9 +54,9 @@ struct Products {
     }
   }
 
-  /// out = finish(W in + bias) over a block: `rows` x `columns` times `columns` x kColumns.
-  /// A tile has at most 12 sums: with the inputs and a weight they fill 16 registers, and eight hide the latency of the
-  /// multiply-add units.
+  /// Computes out = finish(W in + bias) over a block: `rows` x `columns` times `columns` x kColumns. A tile has at most
+  /// 12 sums: with the inputs and a weight they fill 16 registers, and eight sums hide the latency of the multiply-add
+  /// units.
   template <class Finish>
   static void product(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
                       const Finish& finish) {
@@ -104,7 +104,7 @@ struct Products {
   static constexpr int kTurned = simd::kLanes<Scalar>;  // rows of W in a register
   static constexpr bool kTurns = kColumns == 8 && kTurned == 16;
 
-  /// kRegisters x 16 rows of W times a block of eight samples.
+  /// Computes kRegisters x 16 rows of W times a block of eight samples.
   template <int kRegisters, class Finish>
   static NLO_INLINE void turned_tile(const Scalar* w, int stride, int columns, const Scalar* bias, const Scalar* in,
                                      int row, const Finish& finish) {
@@ -128,13 +128,14 @@ struct Products {
       turn(sums[g], [&](int r, P sum) NLO_INLINE_LAMBDA { finish(row + g * kTurned + r, 0, sum); });
   }
 
-  /// From eight samples of sixteen rows to sixteen rows of eight samples: rows within 128 bits, then whole 128 bits.
+  /// Transposes eight samples of sixteen rows to sixteen rows of eight samples: rows within 128 bits, then whole 128
+  /// bits.
   template <class Rows, class Finish>
   static NLO_INLINE void turn(const Rows (&v)[kColumns], const Finish& finish) {
 #define NLO_LANES(a, b, i, j, k, l)                                                                                 \
   __builtin_shufflevector(a, b, i, j, k, l, 4 + (i), 4 + (j), 4 + (k), 4 + (l), 8 + (i), 8 + (j), 8 + (k), 8 + (l), \
                           12 + (i), 12 + (j), 12 + (k), 12 + (l))
-    Rows quads[2][4];  // row 4 q + r of samples 4 h to 4 h + 3 in 128 bits q of quads[h][r]
+    Rows quads[2][4];  // row 4 q + r of samples 4 h to 4 h + 3 is in 128 bits q of quads[h][r]
     for (int h = 0; h < 2; ++h) {
       const Rows* of = v + 4 * h;
       const Rows low01 = NLO_LANES(of[0], of[1], 0, 16, 1, 17), low23 = NLO_LANES(of[2], of[3], 0, 16, 1, 17);
@@ -154,9 +155,9 @@ struct Products {
     }
   }
 
-  /// Sums over a block's samples are wanted for each weight. In wide blocks each tile adds up its lanes: to keep a
-  /// register of lanes for each weight until the end would push the block out of the cache (500 kB for the paper's
-  /// T*). Narrow blocks run thousands of times per gradient, and their sums are too short for that.
+  /// Each weight needs a sum over the samples of a block. In wide blocks each tile adds up its lanes, because a
+  /// register of lanes per weight would not fit into the cache (500 kB for the paper's T*). Narrow blocks keep lanes:
+  /// they run thousands of times per gradient, and their sums are too short.
   static constexpr bool kKeepsLanes = kColumns < 8 * kWidth;
   static constexpr int kLanesPerWeight = kKeepsLanes ? kWidth : 1;
 
@@ -214,16 +215,17 @@ struct Products {
     if constexpr (kCount > kTogether) add_lanes<kFirst + kTogether, kCount - kTogether>(totals, gradient + kTogether);
   }
 
-  /// Lane i is the sum of the lanes of sums[i].
+  /// Returns a register whose lane i is the sum of the lanes of sums[i].
   static NLO_INLINE P sum_of_lanes(const P* sums) {
     P group[kWidth];
     for (int i = 0; i < kWidth; ++i) group[i] = sums[i];
     return lane_sums(group);
   }
 
-  /// Gradient of a product's weights: dv a^T.
+  /// Computes the gradient of a product's weights, dv a^T.
   static void outer_product(const Scalar* dv, int rows, const Scalar* a, int columns, Scalar* gradient) {
-    // As many sums as fill registers after adding up their lanes; 32 registers hold sixteen.
+    // Largest number of sums that fit into the registers after their lanes are added; with 32 registers these are
+    // sixteen.
     constexpr int kMostColumns = kKeepsLanes ? 3 : kWidth >= 16 ? 4 : 2;
     in_even_parts<4>(rows, [&](auto row_count, int r) NLO_INLINE_LAMBDA {
       in_even_parts<kMostColumns>(columns, [&](auto column_count, int c) NLO_INLINE_LAMBDA {
@@ -233,7 +235,7 @@ struct Products {
     });
   }
 
-  /// Gradient of a product's bias: each row's sum.
+  /// Computes the gradient of a product's bias, the sum of each row.
   static void row_sums(const Scalar* dv, int rows, Scalar* gradient) {
     const auto sum_of = [dv](int row) {
       P sum{};

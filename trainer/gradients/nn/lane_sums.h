@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Many sums over lanes at once: from as many registers as a register has lanes to one register of their sums. Register
-// by register it would take as many additions as there are lanes; this takes one per register.
+// Sums over the lanes of many registers at once: as many registers as a register has lanes become one register of their
+// sums. This takes one addition per register; register by register it would take one per lane.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace nlo::trainer {
 
 namespace lane_sums_detail {
 
-/// Lane of [a, b] that goes to `lane` of the result: every second unit of a, then of b, chunk by chunk.
+/// Returns the lane of [a, b] that goes to `lane` of the result: every second unit of a, then of b, chunk by chunk.
 constexpr int source(int lane, int lanes, int chunk, int unit, int odd) {
   const int half = chunk / unit / 2;
   const int place = lane % chunk / unit;
@@ -28,7 +28,7 @@ NLO_INLINE P every_second(P a, P b, std::index_sequence<kLane...>) {
 
 }  // namespace lane_sums_detail
 
-/// Lane i of the result is the sum of the lanes of v[i], in a fixed order. `v` is overwritten.
+/// Returns a register whose lane i is the sum of the lanes of v[i], in a fixed order. Overwrites `v`.
 template <class P, std::size_t kLanes>
 NLO_INLINE P lane_sums(P (&v)[kLanes]) {
   if constexpr (kLanes > 1) {

@@ -10,7 +10,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// s' wants the pre-activations kept: it is no function of the activations alone.
+/// True if s' needs the pre-activations, because it is not a function of the activations alone.
 template <Activation kKind>
 constexpr bool kKeepsInputs = codegen::activation_row(kKind).slope_needs_input;
 
@@ -65,7 +65,8 @@ void NetworkBlock<Scalar, kColumns>::forward_as(const Scalar* parameters) {
     const Scalar* in = values_.activations[l].data();
     Math::multiply(parameters + layer.weights, layer.out, layer.in, parameters + layer.bias, in, out);
     if (l == last) break;
-    // A pass of its own: inside the product's tiles GCC serialises the long dependency chain of a tanh.
+    // The activation is a separate pass: inside the tiles of the product GCC serialises the long dependency chain of a
+    // tanh.
     Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : nullptr;
     for (int i = 0; i < layer.out * kStride; i += kWidth) {
       const P v = simd::load<P>(out + i);
@@ -103,7 +104,7 @@ void NetworkBlock<Scalar, kColumns>::forward_tangents_as(const Scalar* parameter
                                   tangents_.activations[0].data(), tangents_.activations.back().data());
 }
 
-/// Gradient and input cotangent through the linear path; L is small, and read by columns here.
+/// Computes the gradient and the input cotangent of the linear path. L is small and is read by columns here.
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::path_backward(const Scalar* parameters, Pass& pass) {
   using Math = Products<Scalar, kColumns>;

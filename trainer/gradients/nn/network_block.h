@@ -24,36 +24,36 @@ class NetworkBlock {
  public:
   /// Scalars in a register of this block.
   static constexpr int kWidth = std::min(simd::kLanes<Scalar>, kColumns);
-  /// Distance between rows: no power of two in wide blocks, so that rows spread over the cache's sets.
+  /// Distance between rows. In wide blocks it is not a power of two, so that rows spread over the sets of the cache.
   static constexpr int kStride = kColumns >= 128 ? kColumns + 16 : kColumns;
   static_assert(kColumns % kWidth == 0);
 
-  /// with_tangents: also keep room for the passes with tangents.
+  /// with_tangents: also allocates memory for the passes with tangents.
   explicit NetworkBlock(const NetworkShape& shape, bool with_tangents = false);
 
-  /// Inputs u, n_in rows; to be filled by the caller. Columns past the samples must be finite.
+  /// Returns the inputs u, n_in rows, for the caller to fill. Columns behind the samples must be finite.
   Scalar* input() { return values_.activations[0].data(); }
-  /// Outputs n, n_out rows.
+  /// Returns the outputs n, n_out rows.
   Scalar* output() { return values_.activations.back().data(); }
-  /// Cotangent of the outputs, n_out rows; to be filled by the caller, zero past the samples. Overwritten by
-  /// backward().
+  /// Returns the cotangent of the outputs, n_out rows, for the caller to fill, with zeros behind the samples.
+  /// backward() overwrites it.
   Scalar* output_cotangent() { return values_.last_cotangent(); }
-  /// Cotangent of the inputs, n_in rows, after backward().
+  /// Returns the cotangent of the inputs, n_in rows, after backward().
   const Scalar* input_cotangent() const { return values_.input_cotangent.data(); }
 
-  /// Tangents of the inputs and outputs, and their cotangents.
+  /// The next functions return the tangents of the inputs and outputs, and their cotangents.
   Scalar* input_tangent() { return tangents_.activations[0].data(); }
   Scalar* output_tangent() { return tangents_.activations.back().data(); }
   Scalar* output_tangent_cotangent() { return tangents_.last_cotangent(); }
   const Scalar* input_tangent_cotangent() const { return tangents_.input_cotangent.data(); }
 
   void forward(const Scalar* parameters);
-  /// After forward(): output_tangent() = J input_tangent().
+  /// Computes output_tangent() = J input_tangent(). Call it after forward().
   void forward_tangents(const Scalar* parameters);
 
-  /// Adds to the gradient. `transposed` is made once per step by transpose_weights().
+  /// Adds to the gradient. transpose_weights() makes `transposed` once per step.
   void backward(const Scalar* parameters, const Scalar* transposed);
-  /// Backward pass for a loss of outputs and their tangents. Both cotangents must be filled.
+  /// Backward pass for a loss of outputs and their tangents. The caller must fill both cotangents.
   void backward_tangents(const Scalar* parameters, const Scalar* transposed);
 
   void clear_gradient();
@@ -64,7 +64,7 @@ class NetworkBlock {
   using Rows = AlignedVector<Scalar>;
   struct Pass {
     std::vector<Rows> activations;      // a_0 ... a_L, (width x kStride) each
-    std::vector<Rows> pre_activations;  // v_l, only where a derivative needs it
+    std::vector<Rows> pre_activations;  // v_l, only if a derivative needs it
     std::array<Rows, 2> cotangent;
     Rows input_cotangent;
 
@@ -81,10 +81,10 @@ class NetworkBlock {
 
   const NetworkShape* shape_;
   Pass values_, tangents_;
-  Rows gradient_;  // Products::kLanesPerWeight summands of each parameter's
+  Rows gradient_;  // Products::kLanesPerWeight summands for each parameter
 };
 
-/// The block that T* is trained by.
+/// Block size for the training of T*.
 inline constexpr int kBlock = 256;
 using WideBlock = NetworkBlock<float, kBlock>;
 inline constexpr int kRow = WideBlock::kStride;

@@ -29,16 +29,17 @@ struct NetworkShape {
   static NetworkShape make(const std::vector<int>& widths, Activation activation, bool linear_path);
 };
 
-/// Uniform within Glorot's bound or He's, as the activation's row says (codegen/model/activations.h); biases zero, L
-/// zero. last_scale shrinks the last layer: 0 starts from the linear path alone.
-/// `stream` tells the networks of one observer apart.
+/// Draws uniformly within the bound of Glorot or He, by the row of the activation (codegen/model/activations.h); biases
+/// and L are zero. last_scale shrinks the last layer: 0 starts from the linear path alone. `stream` differs between the
+/// networks of one observer.
 std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale,
                                       std::uint64_t stream = 0);
 
-/// Multiply-adds of one sample, forward; backward costs twice that, less the first layer's input gradient.
+/// Returns the multiply-adds of one forward sample. Backward takes twice that, less the input gradient of the first
+/// layer.
 long multiply_adds(const NetworkShape& shape);
 
-/// W_l^T of every layer, each at the offset of W_l.
+/// Returns W_l^T of every layer, each at the offset of W_l.
 template <class Scalar>
 void transpose_weights(const NetworkShape& shape, const Scalar* parameters, Scalar* transposed) {
   for (const LayerView& layer : shape.layers) {

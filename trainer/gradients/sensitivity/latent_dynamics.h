@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How a latent system runs over groups of trajectories, forwards and, for its gradient, backwards. The objective knows
-// no more of a structure's dynamics than this.
+// Runs a latent system over groups of trajectories, forward, and backward for its gradient. This is all that the
+// objective knows about the dynamics of a structure.
 #pragma once
 
 #include <functional>
@@ -20,10 +20,10 @@ class LatentDynamics {
 
   int rows() const { return rows_; }  ///< n_z
 
-  /// Reads the latent system's parameters: before forward(), once for each set of parameters.
+  /// Reads the parameters of the latent system. Call it before forward(), once for each set of parameters.
   virtual void prepare(const float* parameters) = 0;
 
-  /// Fills group.latent from group.readings. `thread` names scratch memory.
+  /// Fills group.latent from group.readings. `thread` selects the scratch memory.
   virtual void forward(SegmentGroup& group, int thread) = 0;
 
   /// Returns true if forward() accepts a group that continues longer segments.
@@ -39,8 +39,8 @@ class LatentDynamics {
 /// The filter of linear_latent.h.
 class LinearLatent final : public LatentDynamics {
  public:
-  /// eigenvalues: initial, n_z.  steps_s: the distinct steps of the data.  fixed: they are not learned, so that their
-  /// coefficients (on jittered logs one set per sample) are computed once.
+  /// eigenvalues: initial, n_z. steps_s: the distinct steps of the data. fixed: the eigenvalues are not learned, so
+  /// that their coefficients (one set per sample on jittered logs) are computed once.
   LinearLatent(LatentShape shape, std::vector<double> eigenvalues, const std::vector<double>& steps_s, bool fixed);
 
   void prepare(const float* parameters) override;
@@ -61,8 +61,8 @@ class OdeLatent final : public LatentDynamics {
  public:
   using Factory = std::function<std::unique_ptr<OdeDynamics<float>>()>;
 
-  /// make: one instance for each of `threads`.  shape: how readings run between samples.  gradient: the adjoint,
-  /// or else backprop.
+  /// make: makes an instance for each of `threads`. shape: readings and modes of the latent system. gradient: the
+  /// adjoint, otherwise backprop.
   OdeLatent(const Factory& make, int threads, const LatentShape& shape, LatentGradient gradient,
             const std::vector<double>& steps_s);
 
@@ -71,7 +71,7 @@ class OdeLatent final : public LatentDynamics {
   void backward(SegmentGroup& group, int thread) override;
 
  private:
-  /// The group as a run; steps of jittered data are gathered into `steps`.
+  /// Returns the group as a run. The steps of jittered data are gathered in `steps`.
   OdeRun<float> run_of(SegmentGroup& group, std::vector<float>& steps) const;
 
   std::vector<std::unique_ptr<OdeDynamics<float>>> dynamics_;  // one per thread

@@ -27,7 +27,7 @@ std::complex<double> eigenvalue(const Mode& mode, const double* eigenvalues) {
   return {eigenvalues[mode.row], mode.pair ? eigenvalues[mode.row + 1] : 0.0};
 }
 
-/// df/dlambda.
+/// Returns df/dlambda.
 std::complex<double> injection_slope(Injection injection, const Mode& mode) {
   return injection == Injection::kUnitGain && mode.reading >= 0 ? -1.0 : 0.0;
 }
@@ -88,7 +88,7 @@ struct ComplexPack {
   P re, im;
 };
 
-/// A coefficient for eight lanes: the same for all when sampling is uniform, else each lane's own step.
+/// A coefficient for eight lanes: the same for all if sampling is uniform, otherwise by the step of each lane.
 template <bool kUniform>
 NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> ModeCoefficients::*member,
                             const int* step_of) {
@@ -106,7 +106,8 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
   }
 }
 
-/// Prevents fusing of a product, which would depend on how many modes are compiled together.
+/// Prevents the compiler from fusing a product. Otherwise the result would depend on the number of modes compiled
+/// together.
 template <class Value>
 NLO_INLINE Value rounded(Value product) {
   if constexpr (sizeof(Value) > simd::kVectorBytes) {
@@ -127,7 +128,7 @@ struct ModeRun {
   int row;
 };
 
-/// The modes of one kind together: the steps of one wait for each other, those of several do not.
+/// Modes of one kind that are computed together: the steps of one mode depend on each other, those of several do not.
 constexpr int kTogether = 4;
 
 /// continues: z of sample 0 is given.
@@ -142,7 +143,7 @@ void filter_modes(const ModeRun* modes, const int* step_of, int length, bool con
                        pick<kUniform>(mode.table, &ModeCoefficients::b1, steps)};
   };
   P re[kModes], im[kModes];
-  Coefficient same[kModes];  // when sampling is uniform
+  Coefficient same[kModes];  // for uniform sampling
   for (int m = 0; m < kModes; ++m) {
     const ModeRun& mode = modes[m];
     const P y0 = simd::load<P>(mode.y);
@@ -197,7 +198,7 @@ void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::co
     if constexpr (kPair) p_im[m] = simd::load<P>(modes[m].g_im + last);
     if constexpr (kUniform) same[m] = coefficient(modes[m], nullptr);
   }
-  // conj(p) w accumulated, w = a' z + b0' y_k + b1' y_{k+1}
+  // Accumulates conj(p) w, with w = a' z + b0' y_k + b1' y_{k+1}.
   const auto accumulate = [&](int m, P w_re, P w_im) NLO_INLINE_LAMBDA {
     sum_re[m] += p_re[m] * w_re + rounded(p_im[m] * w_im);
     sum_im[m] += p_re[m] * w_im - rounded(p_im[m] * w_re);
@@ -232,7 +233,7 @@ void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::co
   }
 }
 
-/// The modes of one kind that a reading drives.
+/// Returns the modes of one kind that a reading drives.
 std::vector<ModeRun> runs_of(bool pair, const LatentShape& shape, const Coefficients& coefficients,
                              SegmentGroup& group) {
   std::vector<ModeRun> runs;
@@ -257,7 +258,7 @@ std::vector<ModeRun> runs_of(bool pair, const LatentShape& shape, const Coeffici
 
 template <bool kUniform>
 void filter_clock(const ModeCoefficients* table, const int* step_of, int length, bool continues, float* z_re) {
-  P z = continues ? simd::load<P>(z_re) : simd::broadcast<P>(1.0F);  // z_0 = 1 and nothing comes in
+  P z = continues ? simd::load<P>(z_re) : simd::broadcast<P>(1.0F);  // z_0 = 1, and there is no input
   for (int t = 0; t < length; ++t) {
     simd::store(z_re + t * kGroup, z);
     z += z * pick<kUniform>(table, &ModeCoefficients::a_minus_1, kUniform ? nullptr : step_of + t * kGroup).re;

@@ -24,32 +24,31 @@ inline constexpr int kGroup = 8;
 struct Mode {
   bool pair = false;
   int row = 0;       ///< its first latent row
-  int reading = -1;  ///< index of its input, an output or an input that is read; -1: a clock, exp(lambda t) from 1
+  int reading = -1;  ///< index of the reading that drives it; -1: a clock, exp(lambda t) with initial value 1
 };
 
 struct LatentShape {
   std::vector<Mode> modes;  ///< pairs, then real ones, then clocks
   int rows = 0;             ///< n_z
-  int learned = 0;          ///< rows whose eigenvalue is a parameter: all but the clocks
+  int learned = 0;          ///< number of rows whose eigenvalue is a parameter: all but the clocks
   Hold hold = Hold::kFirstOrder;
   Injection injection = Injection::kOnes;
   bool starts_steady = false;
-  /// Readings from this one on are commands: the one of a sample has acted since the sample before.
+  /// Readings from this index on are commands: the value of a sample has acted since the last sample.
   int commands_from = std::numeric_limits<int>::max();
 
-  /// How many samples ahead a reading is taken where its step begins.
+  /// Returns how many samples ahead a reading is taken at the start of its step.
   int ahead(int reading) const { return reading >= commands_from ? 1 : 0; }
 };
 
-/// Eigenvalues from unconstrained parameters, row by row: re = -exp(p), im = exp(p): never leaves the stable half
-/// plane.
+/// Computes eigenvalues from unconstrained parameters, row by row: re = -exp(p), im = exp(p). They are always stable.
 void eigenvalues_from_parameters(const LatentShape& shape, const float* parameters, double* eigenvalues);
 std::vector<float> parameters_from_eigenvalues(const LatentShape& shape, const double* eigenvalues);
 
-/// F's entry for a mode, f, and the steady gain s = -f / lambda, as complex numbers.
+/// Returns the entry f of F for a mode, and the steady gain s = -f / lambda, as complex numbers.
 std::complex<double> injection_of(Injection injection, const Mode& mode, std::complex<double> lambda);
 
-/// A step's coefficients and their derivatives with respect to lambda; F included.
+/// Coefficients of a step and their derivatives with respect to lambda; they include F.
 struct ModeCoefficients {
   std::complex<float> a_minus_1, b0, b1;
   std::complex<float> da, db0, db1;
@@ -75,13 +74,13 @@ struct SegmentGroup {
   int length = 0;                  ///< samples
   int lanes = 0;                   ///< segments in use; the others repeat the last
   std::vector<float> readings;     ///< n_r x length x 8, noise included
-  std::vector<std::uint8_t> held;  ///< n_y x length x 8: 1 where an output was not measured; empty: all were
+  std::vector<std::uint8_t> held;  ///< n_y x length x 8: 1 if an output was not measured; empty: all were measured
   std::vector<float> latent;       ///< n_z x length x 8
   std::vector<float> cotangent;    ///< dl/dz, n_z x length x 8
-  std::vector<int> step_of;      ///< length x 8: index into the coefficients' steps, of the step that leaves a sample;
-                                 ///< empty when sampling is uniform (all 0)
+  std::vector<int> step_of;  ///< length x 8: index of the step after a sample in the coefficients; empty if sampling is
+                             ///< uniform (all 0)
   std::vector<double> gradient;  ///< dl/d(parameters), n learned rows
-  bool continues = false;        ///< latent holds z of sample 0: the group continues longer segments
+  bool continues = false;        ///< `latent` holds z of sample 0: the group continues longer segments
 
   /// Marks output `row` as not measured at place `i` of its row, time * 8 + lane. `outputs`: n_y.
   void hold(int outputs, int row, std::size_t i) {

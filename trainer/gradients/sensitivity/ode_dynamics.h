@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The right-hand side of an observer's latent system for the general route: z' = F(z, y; theta), and its pullback.
-// Eight trajectories are computed side by side; arrays are [row][8].
+// The right-hand side of a latent system in general: z' = F(z, y; theta), and its pullback. Eight trajectories are
+// computed side by side; arrays are [row][8].
 //
 // Each structure makes its own dynamics (structures/trainable_structure.h). Tests check the sensitivities of every
 // structure by finite differences, orders of convergence and parity.
@@ -27,17 +27,17 @@ class OdeDynamics {
   int readings() const { return readings_; }      ///< n_r
   int parameters() const { return parameters_; }  ///< size of theta
 
-  /// Reads theta; before anything else, and whenever it has changed.
+  /// Reads theta. Call it first, and whenever theta has changed.
   virtual void prepare(const Scalar* theta) = 0;
 
-  /// z(0), n_z x 8.
+  /// Writes z(0), n_z x 8.
   virtual void start(Scalar* z) const { std::fill(z, z + rows_ * kGroup, Scalar(0)); }
 
-  /// dz = F(z, y); stores values for pull_back() in `slot`.
+  /// Computes dz = F(z, y). Stores values for pull_back() in `slot`.
   virtual void derivative(int slot, const Scalar* z, const Scalar* y, Scalar* dz) = 0;
 
-  /// cotangent_z = (dF/dz)^T cotangent, and adds (dF/dtheta)^T cotangent, summed over the lanes, to the gradient. The
-  /// slot may be pulled back more than once.
+  /// Computes cotangent_z = (dF/dz)^T cotangent, and adds (dF/dtheta)^T cotangent, summed over the lanes, to the
+  /// gradient. A slot may be pulled back more than once.
   virtual void pull_back(int slot, const Scalar* cotangent, Scalar* cotangent_z) = 0;
 
   virtual void clear_gradient() = 0;

@@ -18,7 +18,7 @@ Lanes<Scalar> lanes(int rows) {
   return Lanes<Scalar>(static_cast<std::size_t>(rows) * kGroup);
 }
 
-/// One step's view of a run: where it starts, its length and the outputs within it.
+/// One step of a run: its start, its length and the outputs within it.
 template <class Scalar>
 class Step {
  public:
@@ -38,7 +38,7 @@ class Step {
     for (int r = 0; r < rows_; ++r) std::copy_n(z + r * kGroup, kGroup, run_.latent + offset(r, k));
   }
 
-  /// The readings at the fraction c of the step.
+  /// Computes the readings at the fraction c of the step.
   void output(double c, Scalar* y) const {
     const auto ramp = static_cast<Scalar>(run_.hold == Hold::kZeroOrder ? 0.0 : c);
     for (int j = 0; j < outputs_; ++j) {
@@ -62,7 +62,7 @@ class Step {
   std::array<Scalar, kGroup> h_{};
 };
 
-/// to += factor h x, lane by lane.
+/// Computes to += factor h x, lane by lane.
 template <class Scalar>
 void add_scaled(Lanes<Scalar>& to, double factor, const Scalar* h, const Lanes<Scalar>& x) {
   if (factor == 0.0) return;
@@ -72,7 +72,7 @@ void add_scaled(Lanes<Scalar>& to, double factor, const Scalar* h, const Lanes<S
   }
 }
 
-/// Runs the stages of one step from z; slot i of the dynamics then holds stage i.
+/// Computes the stages of one step from z. Slot i of the dynamics then holds stage i.
 template <class Scalar>
 class Stages {
  public:
@@ -93,7 +93,7 @@ class Stages {
     }
   }
 
-  /// z+ = z + h sum_i b_i k_i.
+  /// Computes z+ = z + h sum_i b_i k_i.
   void advance(const Step<Scalar>& step, Lanes<Scalar>& z) const {
     for (int i = 0; i < method_.stages(); ++i)
       add_scaled(z, method_.b(i), step.h(), slopes_[static_cast<std::size_t>(i)]);
@@ -152,7 +152,7 @@ void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const Ode
 
 template <class Scalar>
 void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
-  constexpr int kEnd = 0, kMiddle = 1, kBegin = 2;  // slots: where dF/dz is taken
+  constexpr int kEnd = 0, kMiddle = 1, kBegin = 2;  // slots at which dF/dz is evaluated
   Step<Scalar> step(run, dynamics.rows(), dynamics.readings());
   const std::size_t size = static_cast<std::size_t>(dynamics.rows()) * kGroup;
   Lanes<Scalar> y = lanes<Scalar>(dynamics.readings());
@@ -174,8 +174,8 @@ void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
     step.output(0.5, y.data());
     dynamics.derivative(kMiddle, middle.data(), y.data(), unused.data());
 
-    // Backwards in time p grows by (dF/dz)^T p. pull_back() is linear in its cotangent: handing it the stage scaled by
-    // its share of the step adds mu's part with the right weight at the same time.
+    // Backward in time p grows by (dF/dz)^T p. pull_back() is linear in its cotangent: a stage that is scaled by its
+    // weight in the step also adds its part of mu with the right weight.
     next = p;
     stage = p;
     const int slots[] = {kEnd, kMiddle, kMiddle, kBegin};

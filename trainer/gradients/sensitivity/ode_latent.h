@@ -39,12 +39,12 @@ class RungeKutta {
   const double *a_, *b_, *c_;
 };
 
-/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8].
-/// Readings are held or ramped between samples.
+/// Eight trajectories in the layout of a SegmentGroup: arrays are [row][time][8]. Readings are held or interpolated
+/// between samples.
 template <class Scalar>
 struct OdeRun {
   int length = 0;                    ///< samples
-  Hold hold = Hold::kFirstOrder;     ///< kRk4 is a ramp as well
+  Hold hold = Hold::kFirstOrder;     ///< kRk4 is a ramp, too
   const Scalar* readings = nullptr;  ///< n_r x length x 8
   const Scalar* steps_s = nullptr;   ///< length x 8, step after each sample; or one number when `uniform`
   bool uniform = true;
@@ -57,11 +57,11 @@ struct OdeRun {
 template <class Scalar>
 void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run);
 
-/// Adds dl/dtheta to the dynamics' gradient, exactly for integrate() by the same method.
+/// Adds dl/dtheta to the gradient of the dynamics, exact for integrate() by the same method.
 template <class Scalar>
 void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run);
 
-/// Adds dl/dtheta to the dynamics' gradient by the adjoint equation.
+/// Adds dl/dtheta to the gradient of the dynamics by the adjoint equation.
 template <class Scalar>
 void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run);
 

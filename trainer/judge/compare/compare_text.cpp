@@ -41,7 +41,7 @@ Table by_condition(const Study& study, const CellText& text) {
   return table;
 }
 
-/// The column with the least error in a row, but for the floor.
+/// Returns the column with the smallest error in a row, except the floor.
 std::size_t best_column(const Study& study, std::size_t condition) {
   std::size_t best = 0;
   for (std::size_t c = 1; c < study.estimators.size(); ++c) {
@@ -63,13 +63,13 @@ std::string first_observer(const Study& study) {
   return name == "observer" ? "The observer" : name;
 }
 
-/// The first observer against an EKF: conditions with the ratio of the errors.
+/// Compares the first observer with an EKF: conditions with the ratio of the errors.
 struct Contest {
   std::string rival;
   std::vector<std::string> ahead, behind;
 };
 
-/// The first observer against the column of this name; none, where there is no such column.
+/// Compares the first observer with the column of this name. Returns nothing if there is no such column.
 std::optional<Contest> contest_with(const Study& study, std::string_view name, std::string_view in_words) {
   const auto column = column_named(study, name);
   if (!column) return std::nullopt;
@@ -136,7 +136,7 @@ Table tuning_table(const Study& study) {
 
 namespace {
 
-/// "-" where nothing was counted.
+/// Returns "-" if nothing was counted.
 std::string counted(double number, bool known = false) {
   return known || number > 0.0 ? fmt::format("{:.0f}", number) : "-";
 }

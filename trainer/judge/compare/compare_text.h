@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A comparison as people and programs read it.
+// A comparison as text for readers and as JSON for programs.
 #pragma once
 
 #include <string>
@@ -10,11 +10,12 @@
 
 namespace nlo::trainer {
 
-/// The errors, a row for each condition; the least of a row but the floor has a star. Then the worst runs, the tunings
-/// and the cost of a step.
+/// Returns the errors, a row for each condition; the smallest of a row except the floor has a star. The worst runs, the
+/// tunings and the cost of a step follow.
 std::string comparison_text(const Study& study);
 
-/// One object: "conditions" by name, in each "columns" by name with norm, standard_error, worst; "cost" by column.
+/// Returns one object: "conditions" by name, each with "columns" by name with norm, standard_error, worst; "cost" by
+/// column.
 std::string comparison_json(const Study& study);
 
 Table error_table(const Study& study);
@@ -22,17 +23,19 @@ Table worst_table(const Study& study);
 Table tuning_table(const Study& study);
 Table cost_table(const Study& study);
 
-/// In words: "EKF, tuned", "parameters high". A model keeps its name.
+/// Returns the title in words: "EKF, tuned", "parameters high". A model keeps its name.
 std::string column_title(const StudyEstimator& estimator);
 std::string condition_name(const Condition& condition);
 
-/// In how many conditions the first observer errs less than the EKF: one sentence; empty without an EKF.
+/// Returns one sentence on the number of conditions in which the first observer has a smaller error than the EKF; empty
+/// without an EKF.
 std::string comparison_summary(const Study& study);
 
 /// Describes the comparison and its conditions in one sentence.
 std::string comparison_conditions(const Study& study);
 
-/// In words: where the first observer is ahead of the tuned EKF and where not; missing figures and the reasons.
+/// Returns sentences on the conditions in which the first observer is better or worse than the tuned EKF, and on
+/// missing figures with their reasons.
 std::vector<std::string> comparison_findings(const Study& study);
 
 }  // namespace nlo::trainer

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// (truth - estimate)^2 over the channels in their scales, for columns of both.
+/// Returns (truth - estimate)^2 over the scaled channels, column by column.
 Eigen::ArrayXd squares(const ComparedRuns& runs, const MatrixXd& truth, const MatrixXd& estimate) {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(truth.cols());
   for (Index i = 0; i < truth.rows(); ++i) {

@@ -17,32 +17,32 @@
 namespace nlo::trainer {
 
 struct ComparedRuns {
-  Dataset set;                           ///< all runs, seed by seed: clean outputs and true states, as channels
-  LaneRuns measured;                     ///< the plant's own outputs, as filters are given them
-  std::vector<Eigen::MatrixXd> outputs;  ///< outputs of each run, n_y x N, as observers are given them
+  Dataset set;                           ///< all runs, seed by seed, as channels: clean outputs and true states
+  LaneRuns measured;                     ///< the plant's own outputs, in the form for filters
+  std::vector<Eigen::MatrixXd> outputs;  ///< outputs of each run, n_y x N, in the form for observers
   PlantChannels channels;
-  Eigen::Index plant_states = 0;  ///< n_x, before channels
+  Eigen::Index plant_states = 0;  ///< n_x of the plant, before the conversion to channels
   Eigen::VectorXd state_scale;    ///< scale of the channels in norms: 1, or their deviations if units differ
 };
 
-/// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
-/// states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.
+/// Makes `count` runs for each of the seeds first_seed, ..., which are those of `nlo evaluate --seed` for the stream
+/// kTest: initial states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count);
 
-/// The test set number `index` of `count` runs.
+/// Returns test set number `index` of `count` runs.
 Dataset set_of(const ComparedRuns& runs, int index, int count);
 
-/// Estimates of the channels in each run, n x N, by a filter that steps all runs side by side.
+/// Returns estimates of the channels in each run, n x N, by a filter that steps all runs side by side.
 std::vector<Eigen::MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRuns& runs);
 
-/// `runs.outputs` side by side, as filters are given them.
+/// Returns `runs.outputs` side by side, in the form for filters.
 LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
 
-/// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
+/// Returns the mean of |x - x_hat|^2 over the samples of each lane. `lanes` are those of `runs`, once or several times.
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
 
-/// Mean squared error of estimates of run `index` (n x N), from sample `first` on.
+/// Returns the mean squared error of the estimates of run `index` (n x N), from sample `first` on.
 double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
                      Eigen::Index first = 0);
 

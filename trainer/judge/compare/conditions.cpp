@@ -67,7 +67,7 @@ std::string no_home(const std::string& name) {
   throw codegen::Error(fmt::format("{}: condition \"{}\" {}", condition.place, condition.name, what));
 }
 
-/// Outliers and clipping are in the scale of the output, other noise in the scale of its sensor's noise.
+/// Scales noise. Outliers and clipping scale with the output, other noise with the noise of its sensor.
 void scale_noise(NoiseConfig& noise, const ChannelScales& scales, const ConditionSet& set) {
   std::vector<SensorNoise> sensors;
   for (Eigen::Index j = 0; j < scales.outputs.size(); ++j) {
@@ -138,7 +138,7 @@ ConditionSet parse_conditions(std::string_view text, const std::string& filename
           fmt::format("{}: a condition has no name; begin it with name = \"heavy_tails\"", condition.place));
     for (const Condition& before : set.conditions)
       if (before.name == condition.name)
-        fail(condition, fmt::format("is there twice, first in {}; rename one", before.place));
+        fail(condition, fmt::format("is given twice, first in {}; rename one", before.place));
     set.conditions.push_back(std::move(condition));
   }
   if (set.conditions.empty())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The conditions that observers and filters are compared under: sensors, plant and starts that differ from the
-// training, read from a TOML file of [[condition]] tables.
+// Conditions for the comparison of observers and filters: sensors, plants and initial states that differ from the
+// training. They are read from a TOML file of [[condition]] tables.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,22 +17,23 @@ namespace nlo::trainer {
 struct Condition {
   std::string name = {};
   NoiseConfig noise = {};
-  /// On one parameter of each run, the plant's in turn: a factor on all of them may cancel, as in g / l.
+  /// Factor on one parameter of each run, alternating over the parameters: a factor on all of them may cancel, as in g
+  /// / l.
   double parameter_factor = 1.0;
   std::vector<std::pair<std::string, double>> parameters = {};  ///< parameters of the plant, by name
-  std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; none
-  double box_scale = 1.0;                  ///< initial states from the training box times this
-  /// plant., simulation., excitation. or feedback.KEY=VALUE for the tested plant.
+  std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; empty: none
+  double box_scale = 1.0;                  ///< scales the box of initial states of the training
+  /// Changes of the tested plant: plant., simulation., excitation. or feedback.KEY=VALUE.
   std::vector<std::string> changes = {};
   std::vector<std::string> inputs = {};  ///< excitation of the plant, see parse_excitation; empty: its [excitation]
-  NoiseConfig input_noise = {};          ///< on the inputs that estimators are told; the plant has them without it
+  NoiseConfig input_noise = {};          ///< noise of the inputs that estimators get; the plant has them without it
   std::string place = {};                ///< FILE:LINE
 
   bool changes_parameters() const { return parameter_factor != 1.0 || !parameters.empty(); }
 };
 
-/// A set for any plant says for which scales its numbers are written (written_for_...). conditions_of() scales them to
-/// the plant. 0: the numbers are in the units of the plant.
+/// A set for any plant states the scales for which its numbers are written (written_for_...). conditions_of() scales
+/// them to the plant. 0: the numbers are in the units of the plant.
 struct ConditionSet {
   double written_for_deviation = 0.0;  ///< deviation of outputs and states; scales outliers, clipping, process noise
   double written_for_noise = 0.0;      ///< deviation of a sensor's noise in training; scales noise, bias, quantisation
@@ -45,14 +46,14 @@ struct ChannelScales {
   Eigen::VectorXd noise;            ///< noise of each output's sensor in training; 0: trained without noise
 };
 
-/// Throws codegen::Error `FILE:LINE: reason; remedy`.
+/// Parses a file of conditions. Throws codegen::Error `FILE:LINE: reason; remedy`.
 ConditionSet parse_conditions(std::string_view text, const std::string& filename);
 ConditionSet read_conditions(const std::string& path);
 
-/// The conditions that are used without a file.
+/// Returns the conditions that are used without a file.
 const ConditionSet& default_conditions();
 
-/// value times the nearest of 1, 2, 5, 10, ... to `factor`: scaled numbers stay round.
+/// Returns value times the number of 1, 2, 5, 10, ... that is nearest to `factor`, so that scaled numbers stay round.
 double round_factor(double factor);
 
 /// Returns the conditions in the units of a plant with the nominal `parameters`. In a set for any plant, conditions on
@@ -63,11 +64,11 @@ std::vector<Condition> conditions_of(const ConditionSet& set,
                                      const std::vector<std::pair<std::string, double>>& parameters,
                                      const ChannelScales& scales, std::vector<std::string>& left_out);
 
-/// The plant's parameters under a condition in run `run`.
+/// Returns the parameters of the plant under a condition in run `run`.
 std::vector<std::pair<std::string, double>> changed_parameters(
     const Condition& condition, const std::vector<std::pair<std::string, double>>& nominal, std::size_t run);
 
-/// For readers: "N(0, 0.5), parameters x 1.2".
+/// Returns a title for readers: "N(0, 0.5), parameters x 1.2".
 std::string condition_title(const Condition& condition);
 
 }  // namespace nlo::trainer

@@ -55,7 +55,7 @@ std::vector<Entrant> strict_entrants(const std::vector<NamedModel>& models, cons
   const std::vector<const NamedModel*> first = {all.front()};
   std::vector<Entrant> entrants{{Kind::kObserver, {"observer", "", true}, "observer", all}};
   for (const std::string& name : test.against) {
-    if (name == "constant" || name == "ridge") continue;  // always there
+    if (name == "constant" || name == "ridge") continue;  // part of every comparison
     const bool is_true = name == kTrueEkf, is_filter = is_true || find_filter(name) != nullptr;
     entrants.push_back({is_filter ? Kind::kFilter : Kind::kSimple, {name, ""}, is_true ? "ekf" : name, first, is_true});
   }

@@ -17,7 +17,7 @@ struct Entrant {
   Kind kind = Kind::kObserver;
   StudyEstimator column;
   std::string made_of = {};                    ///< name in filter_table() or simple_names(): "ekf" of "ekf_true"
-  std::vector<const NamedModel*> models = {};  ///< models that it reads: one, or all of several training seeds
+  std::vector<const NamedModel*> models = {};  ///< models that it reads: one, or one for each training seed
   bool knows_changes = false;                  ///< it knows the changed plant
   bool in_loop = false;                        ///< its own estimates close the loop of [feedback]
 };

@@ -34,7 +34,7 @@ std::string always_fit(const FilterContext&) {
   return "";
 }
 
-// ---- What is tuned
+// ---- Tuned factors
 
 TunedFactor factor_on(std::string name, double FilterTuning::*number, std::vector<double> decades = {0.0}) {
   return {std::move(name), [number](FilterTuning& t, double factor) { t.*number = factor; }, std::move(decades)};
@@ -60,8 +60,8 @@ std::vector<TunedFactor> process_and_output(const FilterContext&) {
   return {process_factor(), factor_on("R", &FilterTuning::output, {0.0, -1.0, 1.0})};
 }
 
-/// Q, R and P0 as wholes, then Q state by state: errors of the plant may be in one equation alone. `further`
-/// states are parameters, with a drift and a prior of their own.
+/// Returns factors on Q, R and P0 as a whole, then on Q state by state, because an error of the plant may be in a
+/// single equation. `further` states are parameters with their own drift and prior.
 std::vector<TunedFactor> covariances(const FilterContext& c, Index further) {
   std::vector<TunedFactor> factors = process_and_output(c);
   factors.push_back(factor_on("P0", &FilterTuning::initial));
@@ -103,7 +103,8 @@ Index root_state(const FilterContext& c) {
 
 Filter ekf_bank(const FilterContext& c, const Tunings& tunings, Index lanes) {
   FilterKnowledge of_one = c.knowledge;
-  of_one.initial_covariance *= std::pow(size(c.initial.cols()), -2.0 / size(c.plant.nx));  // K boxes in that of all
+  // K boxes fill the box of all.
+  of_one.initial_covariance *= std::pow(size(c.initial.cols()), -2.0 / size(c.plant.nx));
   return std::make_unique<FilterBank>(c.plant, PointSet::kExtended, of_one, c.initial, tunings, lanes);
 }
 
@@ -116,11 +117,11 @@ Index bank_state(const FilterContext& c) {
   return c.initial.cols() * (root_state(c) + 1);
 }
 
-// ---- The EKF that estimates parameters beside the states
+// ---- The EKF that also estimates parameters
 
 constexpr double kParameterDeviation = 0.2;  // relative to the nominal value, as in a data sheet
 constexpr double kParameterDrift = 1e-4;     // relative to it, per step
-constexpr double kFarParameter = 10.0;       // times it: the filter is lost
+constexpr double kFarParameter = 10.0;       // times the nominal value; beyond it the filter is lost
 
 std::string joint_unfit(const FilterContext& c) {
   return c.joint_parameters.empty() ? "no condition changes a parameter" : "";
@@ -166,7 +167,7 @@ Filter moving_horizon(const FilterContext& c, const Tunings& tunings, Index lane
 
 StepCost cost_of_horizon(const FilterContext& c, const PlantCost& plant) {
   const double n = size(c.plant.nx), ny = size(c.plant.ny), window = size(kHorizonSamples);
-  StepCost cost = sigma_point_cost(n, ny, true, plant);  // the arrival cost's filter
+  StepCost cost = sigma_point_cost(n, ny, true, plant);  // the filter of the arrival cost
   cost = cost + (rk4_cost(n, plant.f) + plant.h) * (window * (n + 1.0)) + rk4_cost(n, plant.f);
   cost.operations += window * ny * (8.0 + 4.0 * n + 1.5 * n * (n + 1.0)) + n * n * n / 3.0 + 8.0 * n * n;
   cost.functions += n;
@@ -230,7 +231,7 @@ std::vector<std::string> filter_names() {
 FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,
                              const std::vector<std::string>& joint_parameters) {
   constexpr double kProcess = 1e-3;      // Q = 1e-6 I
-  constexpr double kLeastOutput = 1e-2;  // R >= 1e-4: a noise-free output is no reason to trust a linearisation
+  constexpr double kLeastOutput = 1e-2;  // R >= 1e-4: even without noise a linearisation is not exact
   FilterContext context;
   context.config = *nominal.plant;
   const auto plant = make_plant(*nominal.plant);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The filters that observers are compared with, one row each: how they are made, which of their values are tuned, and
-// the cost of a step.
+// The filters for comparison, one row each: their factory, their tuned values, and the cost of a step.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +16,8 @@
 
 namespace nlo::trainer {
 
-/// Knowledge of all filters about a plant under one condition: its nominal parameters and process noise, the initial
-/// states of the training, and the nominal variance of the sensors' noise. Not for two threads at once.
+/// The data of all filters about a plant under one condition: its nominal parameters and process noise, the initial
+/// states of the training, and the nominal variance of the sensors' noise. Two threads must not share it.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
@@ -30,14 +29,14 @@ struct FilterContext {
   Eigen::Index inputs = 0;  ///< inputs that excite the plant
 };
 
-/// Samples that a moving horizon looks back.
+/// Number of samples in a moving horizon.
 inline constexpr Eigen::Index kHorizonSamples = 25;
 
-/// A number of a filter's tuning: a factor on one of its noises.
+/// A tuned number of a filter: a factor on one of its noises.
 struct TunedFactor {
   std::string name;  ///< "Q", "Q of x1"
   std::function<void(FilterTuning& tuning, double factor)> set;
-  /// Starts of the search: powers of ten, combined with those of the other factors.
+  /// Start values of the search: powers of ten, combined with those of the other factors.
   std::vector<double> decades = {0.0};
 };
 
@@ -45,24 +44,25 @@ struct FilterRow {
   std::string_view name;                                              ///< name in estimator_words.h
   std::vector<TunedFactor> (*factors)(const FilterContext& context);  ///< tuned factors without the gate
   bool has_gate;
-  int most_sweeps;  ///< of the tuning over its factors, after the grid of starts; fewer if a step takes long
-  /// Why it is not for this plant; empty: it is.
+  int most_sweeps;  ///< most sweeps of the tuning over its factors, after the grid of starts; fewer if a step takes
+                    ///< long
+  /// Returns the reason why a plant cannot have this filter; empty: it can.
   std::string (*unfit)(const FilterContext& context);
   std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,
                                       Eigen::Index lanes);
-  /// Per sample of one run.
+  /// Returns the cost per sample of one run.
   StepCost (*cost)(const FilterContext& context, const PlantCost& plant);
-  /// Size of its state between samples, in numbers.
+  /// Returns the number of values in its state between samples.
   Eigen::Index (*state)(const FilterContext& context);
 };
 
-/// In the order that tables show them.
+/// Returns the filters in the order of the tables.
 std::span<const FilterRow> filter_table();
 
-/// Null: there is none of this name.
+/// Returns null if there is no filter of this name.
 const FilterRow* find_filter(std::string_view name);
 
-/// The names for --against.
+/// Returns the names for --against.
 std::vector<std::string> filter_names();
 
 FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,

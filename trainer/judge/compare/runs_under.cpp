@@ -31,7 +31,8 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
                       "test; the model is what it was trained to be",
                       change));
     const std::string parameter = "plant.parameters.";
-    if (!key.starts_with(parameter) || !experiment.plant->model.empty()) continue;  // a built-in plant knows its own
+    // Built-in plants check their parameters themselves.
+    if (!key.starts_with(parameter) || !experiment.plant->model.empty()) continue;
     std::vector<std::string> names;
     for (const auto& known : experiment.plant->parameters) names.push_back(known.first);
     const std::string name = key.substr(parameter.size());
@@ -42,7 +43,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
                                      : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                        : fmt::format("did you mean \"{}\"?", nearest)));
   }
-  // Requirements of training on a plant (mirror images, a past without inputs) do not apply to a test.
+  // Requirements of the training (mirror images, a past without inputs) do not apply to a test.
   std::vector<std::string> all = changes;
   all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
   return parse_experiment(experiment.source_text, "the model's experiment", all);
@@ -92,7 +93,7 @@ Dataset runs_under(const Experiment& base, const Condition& condition, std::uint
 
 void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs) {
   if (noise.none()) return;
-  constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;  // no numbers in common with the outputs' noise
+  constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;  // other random numbers than for the noise of the outputs
   for (std::size_t i = 0; i < runs.trajectories.size(); ++i) {
     Eigen::MatrixXd& inputs = runs.trajectories[i].inputs;
     inputs = held(MeasurementNoise(noise, seed ^ kOfInputs, i).on(inputs));

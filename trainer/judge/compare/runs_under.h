@@ -13,39 +13,39 @@
 
 namespace nlo::trainer {
 
-/// The experiment with `changes` (--set). Throws codegen::Error for a key that does not exist, or that is no key of
+/// Returns the experiment with `changes` (--set). Throws codegen::Error for a key that does not exist or is not in
 /// [plant], [simulation], [excitation] or [feedback].
 Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes);
 
-/// An experiment without the random values of its training: nominal parameters, no process noise.
+/// Returns an experiment without the random values of its training: nominal parameters, no process noise.
 Experiment nominal_experiment(const Experiment& experiment);
 
-/// The condition "as_trained": sensors with `noise`, and the process noise of the training.
+/// Returns the condition "as_trained": sensors with `noise`, and the process noise of the training.
 Condition trained_condition(const Experiment& experiment, const NoiseConfig& noise);
 
-/// `base`, in which the condition's `changes` are made already, with its parameters and its process noise in run `run`,
-/// counted over all seeds.
+/// Returns `base`, which already has the condition's `changes`, with the parameters and the process noise of the
+/// condition in run `run`, counted over all seeds.
 Experiment experiment_under(const Experiment& base, const Condition& condition, std::size_t run);
 
-/// `count` runs, the first of them number `first_run`, with the plant's own states and outputs, and its true inputs.
-/// Plants with the same parameters are simulated together, each run with the start and the inputs that it has in the
+/// Makes `count` runs, the first of them number `first_run`, with the plant's own states and outputs and its true
+/// inputs. Plants with the same parameters are simulated together; each run has the same start and inputs as in the
 /// whole set.
-///   base         in which the condition's `changes` are made already
+///   base         already has the condition's `changes`
 ///   engine_seed  initial_state_seed(seed, stream)
-///   estimators   close the loop of [feedback]; null: the true state does
+///   estimators   close the loop of [feedback]; null: the loop reads the true state
 Dataset runs_under(const Experiment& base, const Condition& condition, std::uint64_t engine_seed, int count,
                    std::size_t first_run = 0, const LoopEstimators& estimators = {});
 
-/// Makes the inputs of runs those that estimators are told. What does not arrive is held, as in flight.
+/// Replaces the inputs of runs by those that estimators get. A value that does not arrive is held, as in flight.
 void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs);
 
-/// Whether inputs stay as they are between samples: a u(t) of the condition is smooth, random inputs may be held.
+/// Returns true if inputs are constant between samples. u(t) of a condition is smooth; random inputs may be held.
 bool holds_inputs(const Experiment& base, const Condition& condition);
 
-/// Runs as in the training, as channels, from which estimators without a plant learn.
+/// Makes runs like those of the training, as channels, for estimators that learn without a plant.
 Dataset fresh_training_runs(const Experiment& experiment, const NoiseConfig& input_noise);
 
-/// The seed of the noise on those: the same noise in another order of runs than a test set's.
+/// Returns the seed of their noise, which differs from the noise of the test sets.
 std::uint64_t fresh_noise_seed(const Experiment& experiment);
 
 }  // namespace nlo::trainer

@@ -37,9 +37,10 @@ namespace {
 using Eigen::MatrixXd;
 using Kind = Entrant::Kind;
 
-constexpr std::uint64_t kTuningSeed = 0x74756e65ULL;  // no user's seed: tuning runs are not the test's
+// Differs from the seeds of users, so that tuning runs are not test runs.
+constexpr std::uint64_t kTuningSeed = 0x74756e65ULL;
 
-/// The parameters that conditions change, in the plant's order.
+/// Returns the parameters that conditions change, in the plant's order.
 std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
                                        const std::vector<std::pair<std::string, double>>& nominal) {
   std::set<std::string> changed;
@@ -55,7 +56,7 @@ std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
   return names;
 }
 
-/// Checks the parts of a condition that only the experiment's own checks can judge.
+/// Checks the parts of a condition that need the checks of an experiment.
 void check_changes(const Condition& condition, const Experiment& nominal, const Plant& plant) {
   try {
     (void)changed_experiment(nominal, condition.changes);
@@ -81,20 +82,20 @@ struct Plan {
   std::vector<Entrant> entrants = {};
   const std::atomic<bool>* stop = nullptr;
 
-  /// Threads for one condition. By condition, each thread takes whole conditions.
+  /// Returns the number of threads for one condition. By condition, each thread takes whole conditions.
   int threads() const { return test.by_condition ? 1 : test.threads; }
 };
 
-/// Test sets that are judged together.
+/// Test sets that are evaluated together.
 struct Batch {
   std::vector<Dataset> sets;               ///< by seed
   std::uint64_t seed = 0;                  ///< seed of the first
-  std::size_t first_run = 0;               ///< its number among the runs of all test sets
-  std::optional<double> cost = {};         ///< mean_cost() of the true state's loop
+  std::size_t first_run = 0;               ///< number of its first run among the runs of all test sets
+  std::optional<double> cost = {};         ///< mean_cost() of the loop with the true state
   std::optional<ComparedRuns> lanes = {};  ///< by condition: all runs in the form for filters
 };
 
-/// One condition. Estimators that do not depend on the test set are made once.
+/// Evaluates one condition. Estimators that do not depend on the test set are made once.
 class UnderCondition {
  public:
   UnderCondition(const Plan& plan, const Condition& condition)
@@ -131,7 +132,7 @@ class UnderCondition {
   }
 
  private:
-  /// Returns one factory for each model that the estimator reads; none if judge() makes it.
+  /// Returns one factory for each model that the estimator reads; empty if judge() makes it.
   std::vector<EstimatorFactory> made(const Entrant& entrant) {
     if (entrant.kind == Kind::kFilter && !test_.by_condition) return {filter(entrant, condition_.noise)};
     if (entrant.kind != Kind::kSimple) return {};
@@ -151,7 +152,7 @@ class UnderCondition {
                         holds_inputs(tested_, condition_), beside_one_that_knows_its_errors);
   }
 
-  /// The runs of one seed as channels.
+  /// Returns the runs of one seed as channels.
   Dataset runs_of(std::uint64_t seed, std::size_t first_run, const LoopEstimators& estimators,
                   std::optional<double>& cost) const {
     Dataset set = runs_under(tested_, condition_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
@@ -186,7 +187,7 @@ class UnderCondition {
     cell.evaluations.resize(test_.by_condition ? 1 : plan_.models.size());
     for (std::size_t s = 0; s < batch.sets.size(); ++s)
       for (std::size_t m = 0; m < cell.evaluations.size(); ++m) {
-        if (m >= entrant.models.size()) {  // it reads no model: the same for all
+        if (m >= entrant.models.size()) {  // it reads no model: the same for all models
           cell.evaluations[m].push_back(cell.evaluations.front().back());
           continue;
         }
@@ -222,7 +223,7 @@ class UnderCondition {
     to.push_back(std::move(evaluation));
   }
 
-  /// Judges an estimator whose own estimates close the loop, with the same starts, references and noise.
+  /// Evaluates an estimator in its own loop, with the same starts, references and noise.
   Evaluation in_own_loop(const Entrant& entrant, const codegen::Model& model, const Batch& batch) const {
     const NoiseConfig in_loop = without_shifts(condition_.noise);
     const bool is_observer = entrant.kind == Kind::kObserver;
@@ -241,7 +242,7 @@ class UnderCondition {
     return evaluation;
   }
 
-  /// A filter on all runs at once, tuned if its column is.
+  /// Runs a filter on all runs at once, tuned if its column is tuned.
   void side_by_side(const Entrant& entrant, const Batch& batch, StudyCell& cell) const {
     const FilterRow& row = *find_filter(entrant.made_of);
     cell.missing = row.unfit(*context_);
@@ -276,7 +277,7 @@ class UnderCondition {
     by_run(entrant, estimate, batch, cell);
   }
 
-  /// `estimate`: a run by its number among those of all test sets.
+  /// Evaluates run by run. `estimate` gets the number of the run among those of all test sets.
   void by_run(const Entrant& entrant, const RunEstimator& estimate, const Batch& batch, StudyCell& cell) const {
     cell.evaluations.resize(1);
     std::size_t first = 0;
@@ -303,7 +304,7 @@ class UnderCondition {
   std::vector<std::vector<EstimatorFactory>> made_;  ///< by entrant
 };
 
-/// Keeps the run on which the first observer has its largest error. The runs of that condition are made again.
+/// Keeps the run with the largest error of the first observer. The runs of that condition are simulated again.
 void keep_worst_run(const Plan& plan, Study& study) {
   WorstRun worst;
   for (std::size_t i = 0; i < study.rows.size(); ++i)
@@ -322,8 +323,8 @@ void keep_worst_run(const Plan& plan, Study& study) {
       {truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"});
 }
 
-/// Takes the conditions with a reason in `impossible` out of the study. Throws codegen::Error with the first reason if
-/// no condition is left.
+/// Removes the conditions that have a reason in `impossible`. Throws codegen::Error with the first reason if no
+/// condition is left.
 void leave_out(const std::vector<std::string>& impossible, Study& study) {
   std::vector<Condition> conditions;
   std::vector<StudyRow> rows;
@@ -399,7 +400,7 @@ Study run_study(const std::vector<NamedModel>& models, const Experiment& experim
       static_cast<double>(study.rows.size() * plan.entrants.size()) * (by_condition ? 1 : test.test_sets);
   double done = 0.0;
   std::mutex mutex;
-  std::vector<std::string> impossible(study.rows.size());  // why; empty: possible
+  std::vector<std::string> impossible(study.rows.size());  // reason for each condition; empty: possible
   ThreadPool pool(by_condition ? test.threads : 1);
   pool.run(static_cast<int>(study.rows.size()), [&](int index, int) {
     const auto row = static_cast<std::size_t>(index);

@@ -96,9 +96,9 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kNoGate = 1e2;  // standard deviations: nothing of a run is beyond
+constexpr double kNoGate = 1e2;  // standard deviations; no sample of a run is beyond it
 constexpr double kUsualGate = 3.5;
-constexpr double kWidest = 12.0;  // decades: a filter further from the shipped one makes no sense
+constexpr double kWidest = 12.0;  // decades; a filter farther from the shipped one is useless
 
 using Factors = std::vector<TunedFactor>;
 
@@ -119,7 +119,7 @@ FilterTuning tuning_of(const Factors& factors, const VectorXd& x) {
   return tuning;
 }
 
-/// Starts of a search: all combinations of the factors' decades, with a gate and without.
+/// Returns the starts of a search: all combinations of the factors' decades, with and without a gate.
 std::vector<VectorXd> grid(const Factors& factors, bool gated) {
   const auto count = static_cast<Index>(factors.size());
   std::vector<VectorXd> points{VectorXd::Zero(count + (gated ? 1 : 0))};

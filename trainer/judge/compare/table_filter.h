@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The filters of filter_table() as estimators of a plant's channels: over a recorded run, with their own
-// error bounds, and in the loop that [feedback] closes.
-// Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate,
-// then a coordinate search from its best.
+// Makes the filters of filter_table() estimators of a plant's channels: over a recorded run, with their own error
+// bounds, and in the loop of [feedback]. Tunes a filter on runs with a known truth: a grid over Q, R and the gate, then
+// a coordinate search from its best point.
 #pragma once
 
 #include <atomic>
@@ -16,12 +15,12 @@
 
 namespace nlo::trainer {
 
-/// Each knows the plant of `nominal` and the noise's nominal variance. Samples that do not arrive are stepped over.
-/// Throws codegen::Error where there is no such filter, or it is not for the plant.
-///   held_inputs     the u of a sample has acted since the sample before; else a ramp from there
-///   with_intervals  of the normal distribution by its covariance, where it has one and the channels are
-///                   the plant's own
-///   tuning          that of tune_filter(); as shipped unless given
+/// Makes a filter that knows the plant of `nominal` and the nominal variance of the noise. It steps over samples that
+/// do not arrive. Throws codegen::Error if there is no such filter, or if the plant cannot have it.
+///   held_inputs     the u of a sample has acted since the last sample; else it is a ramp
+///   with_intervals  adds intervals of the normal distribution by its covariance, if it has one and the channels are
+///   those of the plant
+///   tuning          result of tune_filter(); without it the filter is as shipped
 EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, const NoiseConfig& noise,
                               bool held_inputs, bool with_intervals = false, const FilterTuning& tuning = {});
 
@@ -30,12 +29,12 @@ LoopEstimators filter_in_loop(std::string_view name, const Experiment& nominal, 
 struct TunedFilter {
   FilterTuning tuning;
   std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": differences from the filter as shipped
-  double norm = 0.0;  ///< on the runs it was tuned on
+  double norm = 0.0;  ///< error on the runs of the tuning
   int evaluations = 0;
 };
 
-/// The tuning of `row` with the least error on `runs`. The same for any number of threads, as it uses one. `stop`:
-/// gives the best so far.
+/// Returns the tuning of `row` with the smallest error on `runs`. It uses one thread, so the result does not depend on
+/// the number of threads. `stop`: returns the best tuning so far.
 TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
                         const std::atomic<bool>* stop = nullptr);
 

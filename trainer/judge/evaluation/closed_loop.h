@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The cost of a loop that is closed by estimates, beside the loop that is closed by the true state.
+// The cost of a loop that is closed by estimates, compared with the loop that is closed by the true state.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,24 +14,26 @@
 namespace nlo::trainer {
 
 struct ClosedLoopCost {
-  Eigen::VectorXd deviation;  ///< n_x, RMS over runs and samples of x in this loop less x in the loop of the true state
+  Eigen::VectorXd deviation;  ///< n_x, RMS over runs and samples of x in this loop minus x in the loop of the true
+                              ///< state
   int runs = 0;
-  /// Runs in which a state goes beyond kLeft times its largest value in any run of the true state's loop.
+  /// Number of runs in which a state exceeds kLeft times its largest value in any run of the true state's loop.
   int left = 0;
-  /// Means over runs and samples of [feedback] cost, and of the same in the loop of the true state; without one: empty.
+  /// Means over runs and samples of [feedback] cost, here and in the loop of the true state; empty without a cost.
   std::optional<double> cost = {}, of_true_state = {};
 };
 
 inline constexpr double kLeft = 2.0;
 
-/// Runs of both sets begin at the same states with the same references. Throws codegen::Error unless they are as many.
+/// Compares two sets of runs that begin at the same states with the same references. Throws codegen::Error unless they
+/// have the same number of runs.
 ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_estimator);
 
-/// Mean over runs and samples of [feedback] cost; empty where there is none.
-/// Throws codegen::Error where it is no number.
+/// Returns the mean over runs and samples of [feedback] cost; nothing without a cost. Throws codegen::Error if it is
+/// NaN.
 std::optional<double> mean_cost(const Experiment& experiment, const Plant& plant, const Dataset& runs);
 
-/// For people, one line.
+/// Returns one line for readers.
 std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& states);
 
 }  // namespace nlo::trainer

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whether an estimator knows how wrong it is: the share of the truth within its 68 % and 95 % intervals, and how wide
-// these are. A share is worth nothing without the width: an estimator may cover 68 % by always saying the same.
+// Measures the reported error of an estimator: the share of the truth within its 68 % and 95 % intervals, and their
+// width. A share means nothing without the width, because constant intervals can also contain 68 %.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,8 +14,7 @@
 
 namespace nlo::trainer {
 
-/// n_x x N each: estimates and, of an estimator that knows how wrong it is, the half widths of its 68 % and 95 %
-/// intervals; else 0 x 0.
+/// Estimates, n_x x N, and the half widths of their 68 % and 95 % intervals; 0 x 0 for an estimator without intervals.
 struct Estimates {
   Estimates() = default;
   Estimates(Eigen::MatrixXd estimates, Eigen::MatrixXd half_68 = {}, Eigen::MatrixXd half_95 = {})
@@ -24,14 +23,15 @@ struct Estimates {
   Eigen::MatrixXd x_hat, sigma, bound_95;
 };
 
-/// Intervals of estimates whose errors are normal with these standard deviations, n_x x N.
+/// Returns intervals of estimates whose errors are normal with these standard deviations, n_x x N.
 Estimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviations);
 
-/// n_x each, of the samples whose truth counts.
+/// Values over the samples whose truth counts, n_x each.
 struct Coverage {
-  Eigen::VectorXd share_68, share_95;  ///< truth in the interval, of those with an interval; NaN if none has
-  Eigen::VectorXd sigma;               ///< mean over those with an interval, in the state's unit
-  Eigen::VectorXd unknown;             ///< share of those without: sigma is kUnknownSigma
+  Eigen::VectorXd share_68, share_95;  ///< share of the truth in the interval, over samples with an interval; NaN if
+                                       ///< there are none
+  Eigen::VectorXd sigma;               ///< mean over samples with an interval, in the state's unit
+  Eigen::VectorXd unknown;             ///< share of samples without an interval: sigma is kUnknownSigma
 };
 
 /// Sums over runs. Adding in the same order gives the same bits.
@@ -39,10 +39,10 @@ class CoverageSum {
  public:
   explicit CoverageSum(const std::vector<Channel>& states);
 
-  /// Samples with weight 0 are left out; errors of angles are taken the short way round.
+  /// Adds a run. Samples with weight 0 are left out; errors of angles are taken the shorter way round.
   void add(const Trajectory& truth, const Estimates& estimates);
   void merge(const CoverageSum& other);
-  std::optional<Coverage> coverage() const;  ///< empty when no sample counts
+  std::optional<Coverage> coverage() const;  ///< nothing if no sample counts
 
  private:
   std::vector<double> wraps_;
@@ -51,13 +51,13 @@ class CoverageSum {
   double weight_ = 0.0;
 };
 
-/// Estimates of a model over a run, with intervals if it has an error head.
+/// Returns the estimates of a model over a run, with intervals if it has an error head.
 Estimates estimates_of(const codegen::Model& model, const codegen::Run& run);
 
-/// Estimates with the intervals that the monitor has widened, for a model with an error head and a monitor.
+/// Returns estimates with the intervals that the monitor has widened, for a model with an error head and a monitor.
 Estimates widened_estimates_of(const codegen::Model& model, const codegen::Run& run);
 
-/// The mean over several evaluations; empty when one has none.
+/// Returns the mean over several evaluations; nothing if one has no coverage.
 std::optional<Coverage> mean_coverage(const std::vector<std::optional<Coverage>>& all);
 
 }  // namespace nlo::trainer

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// f(x) + w, a column of w for each of x.
+/// f(x) + w, with a column of w for each column of x.
 class Pushed final : public Plant {
  public:
   explicit Pushed(const Plant& plant) : Plant(plant.name(), plant.states(), plant.outputs()), plant_(plant) {}

@@ -98,7 +98,8 @@ ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, std::o
 
 bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model) {
   return dataset.uniform &&
-         std::abs(dataset.sample_period_s - model.sample_period_s) <= 1e-9 * model.sample_period_s;  // TOML's rounding
+         // Tolerance for the rounding of TOML.
+         std::abs(dataset.sample_period_s - model.sample_period_s) <= 1e-9 * model.sample_period_s;
 }
 
 void count_domain(const codegen::Run& run, DomainShare& share) {
@@ -154,7 +155,7 @@ Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, 
     throw Error("evaluation: model " + model.name + " maps " + std::to_string(model.ny()) + " outputs to " +
                 std::to_string(model.nx()) + " states, the test set has " + std::to_string(clean.outputs.size()) +
                 " and " + std::to_string(clean.states.size()));
-  // Whole numbers: their sums do not depend on the order in which threads add.
+  // Integers, because their sums do not depend on the order in which threads add.
   std::atomic<std::int64_t> samples = 0, inside = 0, firsts = 0, first_inside = 0;
   const bool uniform = has_uniform_steps(clean, model);
   const EstimatorFactory factory = [&]() -> Estimator {

@@ -20,7 +20,7 @@ namespace {
 
 using codegen::Error;
 
-/// As an observer in flight is given them: empty cells of a log are NaN, and noise is on the others.
+/// Returns the data as an observer in flight gets them: empty cells of a log are NaN, and the other values have noise.
 Dataset with_empty_cells(Dataset data) {
   for (Trajectory& run : data.trajectories) run.outputs = run.measured();
   return data;
@@ -39,7 +39,7 @@ void require_same_names(const std::vector<Channel>& model, const std::vector<Cha
               " (names, order and wraps must agree: use the columns that the model was trained with)");
 }
 
-/// Returns the rows, among the model's states, of the states that the logs have a truth for.
+/// Returns the rows, among the model's states, of the states for which the logs have a truth.
 std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Dataset& logs) {
   std::vector<Eigen::Index> rows;
   for (const Channel& truth : logs.states) {
@@ -52,13 +52,13 @@ std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Datas
   return rows;
 }
 
-/// `entries`: the observer first.
+/// Returns notes. `entries`: the observer first.
 std::vector<std::string> compared(const std::vector<LogEntry>& entries) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const LogMetrics& ours = entries.front().metrics;
   std::vector<ComparedState> states;
   for (std::size_t i = 0; i < ours.pooled.size(); ++i) {
-    // Logs that end before the settled window are judged as a whole.
+    // Logs that end before the settled window are evaluated as a whole.
     const std::size_t settled = settled_window(ours.windows);
     const std::size_t window = std::isfinite(ours.pooled[i].rmse[settled]) ? settled : 0;
     ComparedState state{ours.pooled[i].name,
@@ -73,7 +73,7 @@ std::vector<std::string> compared(const std::vector<LogEntry>& entries) {
         state.constant = error;
       } else if (&entry != &entries.front() && std::isfinite(error) && !(error >= state.simple)) {
         state.simple = error;
-        // Angles that states make by sine and cosine come behind the states, and are not described.
+        // Angles by sine and cosine follow the states and have no description.
         state.simple_name = i < entry.describe.size() ? entry.describe[i] : entry.estimator;
       }
     }
@@ -147,7 +147,7 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
   return notes;
 }
 
-/// Groups of states: angles by sine and cosine, and directions of a model that estimates them, found by the common
+/// Returns groups of states: angles by sine and cosine, and directions if the model estimates them, found by the common
 /// part of their components' names.
 std::vector<AnglePair> angles_of(const LogSchema& schema, const codegen::Model& model, std::size_t scored) {
   std::vector<AnglePair> angles = schema.angle_pairs;
@@ -213,7 +213,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     result.entries.push_back({name, std::move(describe), log_metrics(logs, estimates, angles, config.windows)});
   };
 
-  // One pass of the observer gives its estimates and, for later, the inputs of the linear readout.
+  // One run of the observer gives its estimates and the inputs of the linear readout.
   std::optional<codegen::Gate> gate;
   if (flight.behind_gate)
     gate = codegen::Gate::kUsed;
@@ -254,7 +254,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   }
   const std::vector<std::string> senseless = unscored_notes(logs, estimates);
 
-  // The baselines see the noise that the observer sees, with draws of their own for fitting.
+  // The baselines get the same noise as the observer, with separate draws for the fit.
   const Dataset fitted_on =
       with_faults(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), told);
   double share = 0.3;

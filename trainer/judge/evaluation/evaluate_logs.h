@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The observer on logs of a real rig, beside estimates without one.
+// Evaluates the observer on logs of a real rig, with estimates that need no observer for comparison.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,10 @@
 
 namespace nlo::trainer {
 
-/// Samples whose truth does not count.
+/// Samples without weight.
 struct Unscored {
   double share = 0.0;
-  std::string where;  ///< "the first 0.2 s and the last 0.2 s of each log"; empty when all are scored
+  std::string where;  ///< "the first 0.2 s and the last 0.2 s of each log"; empty if all samples count
 };
 
 /// An estimator on logs.
@@ -34,19 +34,19 @@ struct LogEntry {
                                       ///< baseline
   LogMetrics metrics;                 ///< NaN for a state to which it does not apply
   StepCost cost = {};                 ///< {0, 0}: not counted
-  std::string setup = {};             ///< in words: how a filter was tuned
+  std::string setup = {};             ///< tuning of a filter, in words
 };
 
-/// Adds each of LogBaseline::names() that applies to a state, fitted on `training`, on `judged`.
-///   wanted  called before each name; false: it is left out
+/// Adds each of LogBaseline::names() that applies to a state, fitted on `training`, evaluated on `judged`.
+///   wanted  called before each name; if it returns false, the name is left out
 void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, const Dataset& judged,
                      const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
                      const std::function<bool(const std::string& name)>& wanted);
 
-/// How the observer flies over a log.
+/// Conditions of the observer's flight over a log.
 struct LogFlight {
   std::vector<SensorFault> faults = {};
-  bool behind_gate = false;  ///< through the gate of the model's monitor, which it must have
+  bool behind_gate = false;  ///< true: outputs pass the gate of the model's monitor, which it must have
 };
 
 struct LogEvaluation {
@@ -55,28 +55,29 @@ struct LogEvaluation {
   std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
                                    ///< and on estimates that make no sense where nothing is scored
   Unscored unscored;
-  std::vector<std::string> unscored_states = {};  ///< states of the model that the logs have no truth for
+  std::vector<std::string> unscored_states = {};  ///< states of the model for which the logs have no truth
   DomainShare domain;
-  std::optional<Coverage> coverage = {};          ///< intervals of a model with an error head
+  std::optional<Coverage> coverage = {};          ///< coverage of the intervals of a model with an error head
   std::optional<Coverage> widened_coverage = {};  ///< the same intervals, widened by the monitor
-  NoiseConfig noise;                              ///< added to the logged outputs
-  std::vector<std::string> missing = {};          ///< outputs that were taken away, and how
-  bool behind_gate = false;                       ///< outputs passed the gate of the model's monitor
+  NoiseConfig noise;                              ///< noise that was added to the logged outputs
+  std::vector<std::string> missing = {};          ///< outputs that were removed, and how
+  bool behind_gate = false;                       ///< true: outputs passed the gate of the model's monitor
   std::uint64_t seed = 0;
   std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
   std::string baselines_fitted_on;       ///< "the training logs", "these logs, in hindsight"
-  std::vector<Channel> states, outputs;  ///< states: those that are scored
-  std::vector<EvaluatedRun> examples;    ///< all logs, or kMostExamples of them (examples.h); the first is the first
+  std::vector<Channel> states, outputs;  ///< states: only those that are scored
+  std::vector<EvaluatedRun> examples;  ///< all logs, or kMostExamples of them (examples.h); the first log is the first
+                                       ///< example
 };
 
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
-///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others
-///                  are unscored
-///   baseline_logs  data for fitting the baselines: the training logs; or nullptr, then the very logs they are
-///                  judged on, in hindsight, which only makes them harder to beat
-///   flight         sensors that fail. What is missing the ridge regression does without from the start, and other
-///                  alternatives than a constant are left out; of sensors that lie nobody is told
-///   config         how errors are read; its state_scale is set here where the states' units differ
+///   logs, schema   have all of the model's outputs and inputs, and the truth of at least one state; the other states
+///   are unscored
+///   baseline_logs  data for fitting the baselines: the training logs; or nullptr: the tested logs, in hindsight, which
+///   makes the baselines harder to beat
+///   flight         sensors that fail. The ridge regression never reads a missing output, and other alternatives than a
+///   constant are left out. No estimator knows about sensors that look alive
+///   config         windows of the errors; state_scale is set here if the states' units differ
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
                                MetricsConfig config = {}, const StudyProgress& progress = {},
@@ -85,8 +86,8 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
 /// The share and the place of the samples that have no weight.
 Unscored find_unscored(const Dataset& logs);
 
-/// A note for each state whose estimate leaves, at a sample that is not scored, the range of the truth on all scored
-/// ones, widened by half of that range on either side: the farthest one. Angles have no range.
+/// Returns a note for each state whose estimate at an unscored sample leaves the range of the truth on all scored
+/// samples, widened by half of that range on either side. The note has the farthest estimate. Angles have no range.
 std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<Eigen::MatrixXd>& estimates);
 
 }  // namespace nlo::trainer

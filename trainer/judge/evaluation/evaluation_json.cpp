@@ -5,7 +5,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// The end of a window that lasts to the end of a run is null.
+/// A window that lasts to the end of a run has null as its end.
 Json window_json(const EvaluationWindow& window) {
   return {{"name", window.name}, {"from_s", json_number(window.from_s)}, {"to_s", json_number(window.to_s)}};
 }
@@ -14,7 +14,7 @@ const char* norm_of(bool normalised) {
   return normalised ? "states over their standard deviation" : "states";
 }
 
-/// The numbers of one estimator, each by `number_of` its quantity.
+/// Returns the numbers of one estimator. `number_of` returns the value of a quantity.
 template <class NumberOf>
 Json quantities_json(const ErrorMetrics& shape, NumberOf&& number_of) {
   const auto per_state = [&](auto&& value_of) {
@@ -70,7 +70,7 @@ Json loop_json(const ClosedLoopCost& loop) {
   return json;
 }
 
-/// One entry per state.
+/// Returns one entry per state.
 Json coverage_json(const Coverage& coverage) {
   return {{"share_68", json_numbers(coverage.share_68)},
           {"share_95", json_numbers(coverage.share_95)},
@@ -91,7 +91,7 @@ Json names_json(const std::vector<Channel>& channels) {
   return list;
 }
 
-/// RMSE by window name.
+/// Returns the RMSE by window name.
 Json windows_json(const StateError& error, const EvaluationWindows& windows) {
   Json json = Json::object();
   for (std::size_t w = 0; w < windows.size(); ++w) json[windows[w].name] = json_number(error.rmse[w]);

@@ -53,7 +53,7 @@ std::vector<std::string> study_notes(const StudyRow& row) {
     EvaluationWindows windows;
     for (const ErrorMetrics::Window& w : first.metrics.windows) windows.push_back(w.window);
     window = settled_window(windows);
-    if (!std::isfinite(error_of(row.observer()))) window = 0;  // runs that end before it
+    if (!std::isfinite(error_of(row.observer()))) window = 0;  // for runs that end before the window
     ComparedState state{first.states[i].name,
                         first.states[i].unit,
                         window_text(windows[window]),

@@ -23,7 +23,7 @@ std::string shown_name(const Evaluation& evaluation) {
   return evaluation.label.empty() ? evaluation.estimator : evaluation.label;
 }
 
-/// A row per state for each estimator that knows how wrong it is; nothing when none does.
+/// A row per state for each estimator with intervals; empty without one.
 class CoverageTable {
  public:
   void add(const std::string& estimator, const std::vector<Channel>& states, const std::optional<Coverage>& coverage) {
@@ -132,7 +132,8 @@ Table log_table(const std::vector<LogEntry>& entries, bool with_cost) {
     table.add_row({with_unit(first.pooled[i].name, first.pooled[i].unit)});
     for (const LogEntry& entry : entries) {
       const StateError& state = entry.metrics.pooled[i];
-      if (!entry.describe.empty() && !std::isfinite(state.rmse[0])) continue;  // a baseline that has none of this state
+      // A baseline that does not apply to this state.
+      if (!entry.describe.empty() && !std::isfinite(state.rmse[0])) continue;
       const bool described = i < entry.describe.size() && !entry.describe[i].empty();
       table.add_row({described ? entry.describe[i] : entry.estimator});
       auto& row = table.rows.back();

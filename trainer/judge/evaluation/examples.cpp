@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Indices of the smallest and of the largest error, the first of equals; NaN counts as neither unless all are.
+/// Indices of the smallest and of the largest error, the first among equals. NaN counts only if all are NaN.
 struct Extremes {
   std::size_t best = 0, worst = 0;
 };

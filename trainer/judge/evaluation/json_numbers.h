@@ -25,7 +25,7 @@ inline Json json_numbers(const Eigen::VectorXd& values) {
   return list;
 }
 
-/// Replaces bytes that are not UTF-8 (a file name may have any bytes) instead of failing.
+/// Replaces bytes that are not UTF-8 (a file name may have any bytes), so that writing does not fail.
 inline std::string json_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRidge = 1e-6;  // collinear features of fast modes stay harmless
+constexpr double kRidge = 1e-6;  // for collinear features of fast modes
 
 }  // namespace
 

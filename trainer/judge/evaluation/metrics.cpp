@@ -16,14 +16,15 @@ namespace {
 
 using codegen::Error;
 
-/// First time from which every full window holds at most `limit`; empty when the last window does not.
+/// Returns the first time from which every full window has an error of at most `limit`; nothing if the last window does
+/// not.
 std::optional<double> settling_time(const Eigen::VectorXd& time_s, const Eigen::VectorXd& curve, double limit,
                                     double window_s) {
   const Eigen::Index n = time_s.size();
   if (n == 0) return std::nullopt;
-  // Backwards with a sliding window: `end` is the first instant outside [time_s[k], time_s[k] + window_s).
+  // Searches backward with a sliding window: `end` is the first instant outside [time_s[k], time_s[k] + window_s).
   std::optional<double> settled_since;
-  // Shorter windows are too noisy to judge by.
+  // Shorter windows are too noisy.
   const double last_start_s = std::max(time_s[0], time_s[n - 1] - window_s);
   Eigen::Index end = n;
   for (Eigen::Index k = n - 1; k >= 0; --k) {
@@ -57,7 +58,7 @@ Eigen::VectorXd state_deviation(const Dataset& dataset) {
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
       const double wrap = dataset.states[static_cast<std::size_t>(i)].wrap;
       for (Eigen::Index k = 0; k < run.samples(); ++k) {
-        if (run.weight[k] <= 0.0) continue;  // masked truth may be anything
+        if (run.weight[k] <= 0.0) continue;  // masked truth may have any value
         const double value = wrapped_difference(run.states(i, k), mean[i], wrap);
         squares[i] += run.weight[k] * value * value;
       }
@@ -86,9 +87,10 @@ double ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& est
     throw Error("error metrics: " + truth.source + ": the estimate is " + std::to_string(estimate.rows()) + " x " +
                 std::to_string(estimate.cols()) + ", the truth " + std::to_string(nx) + " x " + std::to_string(n));
 
-  // Half a tick of slack: 10 s accumulated in steps of 0.02 s may read 9.99999...
+  // Tolerance of half a sample: 10 s accumulated in steps of 0.02 s may give 9.99999...
   const double slack_s = 0.5 * sample_period_s_;
-  Eigen::MatrixXd run = Eigen::MatrixXd::Zero(nx, squared_error_.cols());  // summed per run first: less rounding
+  // Summed per run first, which reduces rounding.
+  Eigen::MatrixXd run = Eigen::MatrixXd::Zero(nx, squared_error_.cols());
   Eigen::VectorXd squares(nx);
   double run_truth = 0.0, run_weight = 0.0;
   for (Eigen::Index k = 0; k < n; ++k) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How good an estimate is: the error metrics of the strict protocol, gathered trajectory by trajectory so that a large
-// test never has to be held in memory.
-// How an experiment has its runs judged.
+// Error metrics of the strict test, accumulated trajectory by trajectory, so that a large test need not be in memory.
+// Also returns the configuration of the metrics for an experiment.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// How errors are read.
+/// Configuration of the metrics.
 ///
 /// Settling time: the first t from which the error averaged over the trajectories and over [t, t + settling_window_s)
 /// (root mean square) stays within `settling_ratio` times that of the settled window for the rest of the run.
@@ -23,11 +22,12 @@ struct MetricsConfig {
   EvaluationWindows windows = whole_run();  ///< "all" first
   double settling_ratio = 1.5;
   double settling_window_s = 1.0;
-  /// n_x: each state's unit in norms, for states whose units differ (state_deviation()); empty: norms are physical.
+  /// n_x: scale of each state in norms, if the units of the states differ (state_deviation()); empty: norms are
+  /// physical.
   Eigen::VectorXd state_scale = {};
 };
 
-/// Every number here is finite; a number that a run is too short or too quiet to define is empty.
+/// Error metrics. Every number is finite; a number is missing if a run is too short or too quiet to define it.
 struct ErrorMetrics {
   /// Errors over the samples in one window.
   struct Window {
@@ -36,31 +36,31 @@ struct ErrorMetrics {
     Eigen::VectorXd per_component;  ///< n_x, RMSE of each state in its unit; size 0 when no sample counts
   };
 
-  bool normalised = false;        ///< norms are of states over their deviation: a constant estimate gives sqrt(n_x)
+  bool normalised = false;        ///< norms use states divided by their deviation: a constant estimate gives sqrt(n_x)
   double norm = 0.0;              ///< sqrt(mean of |x - x_hat|^2) over trajectories and samples, transient included
-  std::optional<double> nrmse;    ///< norm / RMS|x|; normalised: norm / sqrt(n_x); empty when the truth is zero
+  std::optional<double> nrmse;    ///< norm / RMS|x|; if normalised: norm / sqrt(n_x); missing if the truth is zero
   std::optional<double> settled;  ///< norm in the settled window; empty without one, or without a sample in it
   Eigen::VectorXd per_component;  ///< n_x, RMSE of each state in its unit
-  Eigen::VectorXd settled_per_component;  ///< n_x, the same in the settled window; size 0 where `settled` is empty
+  Eigen::VectorXd settled_per_component;  ///< n_x, the same in the settled window; size 0 if `settled` is missing
   std::vector<Window> windows;            ///< as configured, "all" first
-  std::optional<double> settling_time_s;  ///< see MetricsConfig; empty when the error never settles
+  std::optional<double> settling_time_s;  ///< see MetricsConfig; missing if the error never settles
   Eigen::VectorXd curve_time_s;           ///< error versus time, one entry per sample instant
   Eigen::VectorXd curve;                  ///< the norm over the trajectories at that instant
-  std::int64_t samples = 0;               ///< how many samples counted (weight > 0)
+  std::int64_t samples = 0;               ///< number of samples that count (weight > 0)
 };
 
-/// truth - estimate; of an angle the short way round, in [-wrap/2, wrap/2].
+/// Returns truth - estimate; for an angle the shorter way round, in [-wrap/2, wrap/2].
 double wrapped_difference(double truth, double estimate, double wrap);
 
-/// All states share a unit (dimensionless is one): only then does |x - x_hat| mean something as it stands.
+/// Returns true if all states have the same unit (or none). Only then |x - x_hat| has a meaning without scaling.
 bool share_a_unit(const std::vector<Channel>& states);
 
-/// Standard deviation of each state where its truth counts, n_x; for an angle about its mean direction. 1 for a state
-/// that never moves. Norms over states with different units use it as a scale.
+/// Returns the standard deviation of each state over the samples whose truth counts, n_x; for an angle about its mean
+/// direction. 1 for a state that never moves. Norms over states with different units use it as a scale.
 Eigen::VectorXd state_deviation(const Dataset& dataset);
 
-/// Sums of squared errors over trajectories. Adding in the same order gives the same bits; merge() joins parts that
-/// were gathered apart (the order of the merges counts, not the number of threads behind them).
+/// Sums of squared errors over trajectories. Adding in the same order gives the same bits. merge() joins sums of
+/// separate parts; its result depends on the order of the merges, not on the number of threads.
 class ErrorAccumulator {
  public:
   ErrorAccumulator(std::vector<Channel> states, double sample_period_s, const MetricsConfig& config = {});
@@ -94,10 +94,10 @@ class ErrorAccumulator {
   std::vector<Instant> instants_;
 };
 
-/// Windows and settling as the experiment says, else by its observer and this horizon.
+/// Returns windows and settling of the experiment, or values derived from its observer and this horizon.
 MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
 
-/// The configuration with the longest of these logs as the horizon.
+/// Returns the configuration with the longest of these logs as the horizon.
 MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs);
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A sensor that fails in a log, and stays so: it is missing, repeats its last reading, or reads zero.
+// A permanent fault of a sensor in a log: it is missing, repeats its last reading, or reads zero.
 #pragma once
 
 #include <string>
@@ -14,20 +14,20 @@ struct SensorFault {
   enum class Kind { kMissing, kStuck, kDead };
   std::string output;
   Kind kind = Kind::kMissing;
-  double after_s = 0.0;  ///< since the first sample of a log
+  double after_s = 0.0;  ///< start of the fault since the first sample of a log
 };
 
-/// "OUTPUT", "OUTPUT:stuck" or "OUTPUT:dead", and behind it ":SECONDS". Throws codegen::Error for other words.
+/// Reads "OUTPUT", "OUTPUT:stuck" or "OUTPUT:dead", with or without ":SECONDS". Throws codegen::Error for other words.
 SensorFault parse_fault(std::string_view word);
 
-/// As parse_fault() reads it.
+/// Returns the text that parse_fault() reads.
 std::string format_fault(const SensorFault& fault);
 
-/// Only those where the observer is told that the sensor is missing.
+/// Returns only the faults that the observer knows: missing sensors.
 std::vector<SensorFault> missing_alone(const std::vector<SensorFault>& faults);
 
-/// The logs with these faults, and with outputs that are computed from the faulty sensors. Throws codegen::Error where
-/// there is no such output.
+/// Returns the logs with these faults, and with outputs that are computed from the faulty sensors. Throws
+/// codegen::Error if there is no such output.
 Dataset with_faults(Dataset logs, const std::vector<SensorFault>& faults);
 
 }  // namespace nlo::trainer

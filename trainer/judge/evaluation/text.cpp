@@ -14,7 +14,7 @@ constexpr std::size_t kInset = 2;  // indent of rows below the heading of a grou
 
 template <typename... Format>
 std::string format(double value, Format... how) {
-  std::array<char, 512> buffer;  // the longest double in fixed notation takes 309 digits and its decimals
+  std::array<char, 512> buffer;  // the longest double in fixed notation has 309 digits and its decimals
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, how...);
   return end.ec == std::errc() ? std::string(buffer.data(), end.ptr) : "?";
 }
@@ -39,7 +39,7 @@ std::string significant(double value, int digits) {
   if (std::isnan(value)) return "-";
   if (!std::isfinite(value)) return format(value);
   const std::string scientific = format(value, std::chars_format::scientific, digits - 1);
-  // Read the exponent after rounding: 0.9996 with three digits is 1.00, not 0.1000.
+  // The exponent is read after rounding: 0.9996 with three digits is 1.00, not 0.1000.
   const auto mark = scientific.find('e');
   int exponent = 0;
   const char* first = scientific.data() + mark + 1;
@@ -118,7 +118,7 @@ std::string Table::to_text(std::size_t indent, std::size_t width) const {
   return text;
 }
 
-/// The first column, and those from `from` to before `to`.
+/// Returns the first column, and the columns in [from, to).
 std::string Table::part(std::size_t indent, const std::vector<std::size_t>& widths, std::size_t from,
                         std::size_t to) const {
   std::string text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers, figures with their standard errors, and tables as people read them: rounded here and nowhere else.
+// Numbers, figures with their standard errors, and tables for readers. All rounding for readers happens here.
 #pragma once
 
 #include <optional>
@@ -10,20 +10,20 @@
 
 namespace nlo::trainer {
 
-/// `digits` significant digits, trailing zeros kept: 0.18417 -> "0.184" (3).
-/// Plain notation from 1e-4 up to 1e6. NaN is "-".
+/// Returns `digits` significant digits with trailing zeros: 0.18417 -> "0.184" (3). Plain notation from 1e-4 up to 1e6.
+/// NaN is "-".
 std::string significant(double value, int digits = 3);
 
-/// As significant(), "-" when there is no value.
+/// The same; "-" if there is no value.
 std::string significant(const std::optional<double>& value, int digits = 3);
 
-/// `decimals` digits after the point.
+/// Returns a number with `decimals` digits after the point.
 std::string fixed(double value, int decimals);
 
-/// "rate [rad/s]"; of a quantity without a unit its name.
+/// Returns "rate [rad/s]"; for a quantity without a unit its name.
 std::string with_unit(const std::string& name, const std::string& unit);
 
-/// 0.0523 -> "5.23 %". A share just below 1 has a digit more, so that it is not rounded to 1.
+/// Returns 0.0523 as "5.23 %". A share just below 1 gets one digit more, so that it is not rounded to 1.
 std::string percent(double share);
 
 /// A mean and the standard errors of it.
@@ -35,19 +35,20 @@ struct Spread {
   std::optional<double> training_seed_error = {};
 };
 
-/// "0.0952 ± 0.00040": three digits, and the errors to one place more unless all of them round to zero there. As the
-/// tables of results in docs/.
+/// Returns "0.0952 ± 0.00040", like the tables of results in docs/: three digits, and the error to one place more
+/// unless it rounds to zero there.
 std::string to_text(const Spread& spread);
 
-/// Standard deviation of independent draws, and standard error of their mean; empty for fewer than two.
+/// Returns the standard deviation of independent draws, or the standard error of their mean; nothing for fewer than
+/// two.
 std::optional<double> deviation_of(std::span<const double> draws);
 std::optional<double> standard_error(std::span<const double> draws);
 
-/// Terminal columns that UTF-8 text takes: one per code point, none for combining marks and control characters.
+/// Returns the terminal columns of a UTF-8 text: one per code point, none for combining marks and control characters.
 std::size_t display_width(std::string_view utf8);
 
-/// Headings and rows; the first column is text (left), the others are numbers (right). An empty row is a thin line, a
-/// row of one cell the heading of those below. On a page: html_table().
+/// Headings and rows. The first column is text (left), the others are numbers (right). An empty row is a thin line. A
+/// row of one cell is the heading of the rows below it. On a page: html_table().
 struct Table {
   std::vector<std::string> headings;
   std::vector<std::vector<std::string>> rows = {};  ///< missing cells are left blank
@@ -55,8 +56,8 @@ struct Table {
   void add_row(std::vector<std::string> cells) { rows.push_back(std::move(cells)); }
   void add_rule() { rows.emplace_back(); }
 
-  /// For a terminal: one line per row, each ending in a newline, indented by `indent` blanks. Columns that would reach
-  /// past `width` follow below, beside the first column once more.
+  /// Writes the table for a terminal: one line per row, each with a newline, indented by `indent` blanks. Columns that
+  /// do not fit into `width` follow below, again beside the first column.
   std::string to_text(std::size_t indent = 0, std::size_t width = 100) const;
 
  private:

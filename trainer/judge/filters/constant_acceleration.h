@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Kalman filter that knows no plant: position, velocity and acceleration of one measured quantity, whose acceleration
-// changes like a random walk. What a drive's firmware would do to an encoder.
+// A Kalman filter without a plant: position, velocity and acceleration of one measured quantity, whose acceleration is
+// a random walk. The firmware of a drive may do this with an encoder.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,9 +16,9 @@ struct ConstantAcceleration {
   double output_variance = 1.0;  ///< r [unit^2]
   double wrap = 0.0;             ///< full turn of the quantity; 0: no angle
 
-  /// 3 x N: position, velocity, acceleration at each sample. Starts at the first measurement, at rest, with P0 =
-  /// diag(r, v^2, (v / tau)^2), where tau = (r / q)^(1/5) is the filter's own time and v = sqrt(r) / tau times a
-  /// thousand: the rest is unknown.
+  /// Returns position, velocity and acceleration at each sample, 3 x N. The filter starts at the first measurement, at
+  /// rest, with P0 = diag(r, v^2, (v / tau)^2). tau = (r / q)^(1/5) is the filter's own time, and v = 1000 sqrt(r) /
+  /// tau, because velocity and acceleration are unknown.
   Eigen::MatrixXd estimate(const Eigen::VectorXd& time_s, const Eigen::VectorXd& measured) const;
 };
 

@@ -14,12 +14,12 @@
 
 namespace nlo::trainer {
 
-/// Why there is none for a plant; empty: there is.
+/// Returns the reason why a plant cannot have this filter; empty: it can.
 std::string no_high_gain(Eigen::Index nx, Eigen::Index ny, Eigen::Index nu);
 
 class HighGainObserver final : public LaneFilter {
  public:
-  /// theta = sqrt(tuning.process) / (20 h): nothing else of a tuning is used.
+  /// theta = sqrt(tuning.process) / (20 h). No other value of a tuning is used.
   HighGainObserver(const LanePlant& plant, const FilterKnowledge& knowledge, const std::vector<FilterTuning>& tunings,
                    Eigen::Index lanes, double sample_period_s);
 
@@ -30,7 +30,7 @@ class HighGainObserver final : public LaneFilter {
   LanePlant plant_;
   Eigen::MatrixXd x_, initial_state_, gains_;  ///< n_x x L each
   Eigen::ArrayXd limits_;                      ///< n_x
-  Eigen::VectorXd step_;                       ///< n_x, of differences in x
+  Eigen::VectorXd step_;                       ///< n_x, steps of differences in x
   int restarts_ = 0;
 };
 

@@ -55,7 +55,7 @@ LaneInputs inputs_before(const LaneRuns& runs, Index k) {
 }
 
 double rk4_steps(double h, double longest_step_s) {
-  // A share below 1e-9 of a step is the rounding of time stamps.
+  // Less than 1e-9 of a step is the rounding of time stamps.
   return std::max(1.0, std::ceil(std::abs(h) / longest_step_s - 1e-9));
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Moving-horizon estimation on lanes: one Gauss-Newton step per sample over the last samples.
 //   min over x_a of |S^-1 (x_a - x_bar)|^2 + sum_i rho((y_i - h(Phi^(i-a) x_a)) / sigma),   a = k - window + 1
-// rho is quadratic up to the tuning's gate and linear beyond (Huber), so that an outlier pulls no more than that. The
-// arrival cost (x_bar, S) is the prediction for sample a by an EKF that lags behind by the window. The step starts
-// from the last solution, moved on by the plant; one step a sample is the real-time iteration of Diehl, Bock,
-// Schloeder (2005). Within the window the plant is taken without process noise.
+// rho is quadratic up to the gate of the tuning and linear beyond (Huber), so that the effect of an outlier is limited.
+// The arrival cost (x_bar, S) is the prediction for sample a by an EKF that runs one window behind. The step starts
+// from the last solution, advanced by the plant. One step per sample is the real-time iteration of Diehl, Bock,
+// Schloeder (2005). Within the window the plant has no process noise.
 #pragma once
 
 #include "trainer/judge/filters/sigma_point_filter.h"
@@ -26,7 +26,7 @@ class MovingHorizonFilter final : public LaneFilter {
   Eigen::MatrixXd x_;      ///< x_a, n_x x L
   Eigen::ArrayXd limits_;  ///< n_x
   std::vector<Eigen::ArrayXd> output_variance_;
-  Eigen::ArrayXd gate_;  ///< L, of the linear part; infinite: none
+  Eigen::ArrayXd gate_;  ///< L, limit of the quadratic part; infinite: no gate
   int restarts_ = 0;
 };
 

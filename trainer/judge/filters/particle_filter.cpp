@@ -19,15 +19,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kForABias = 3;    // times as many particles: a state more to search
+constexpr Index kForABias = 3;    // factor on the number of particles, because a bias is one more state
 constexpr double kKernel = 0.15;  // sqrt(1 - a^2)
 
-/// p(v) of the noise without outliers and steps.
+/// Returns p(v) of the noise without outliers and quantisation.
 ArrayXd base_density(const SensorNoise& noise, const ArrayXd& v) {
   return noise_row(noise.kind).density(v / noise.scale, noise.shape) / noise.scale;
 }
 
-/// The particles of one run; rows: the plant's states, then a bias for each output that has one.
+/// The particles of one run. Rows: the states of the plant, then a bias for each output that has one.
 class Cloud {
  public:
   Cloud(const SimulationConfig& simulation, double box_scale, const NoiseConfig& noise, Index nx, Index ny,
@@ -61,8 +61,8 @@ class Cloud {
     drop_escaped();
   }
 
-  /// Bayes' rule, in pieces of the likelihood that leave half of the particles or more (Musso, Oudjane, Le Gland in:
-  /// Doucet et al., chapter 12): between them the particles are drawn anew, where the likelihood now points to.
+  /// Applies Bayes' rule in powers of the likelihood that leave at least half of the particles (Musso, Oudjane, Le
+  /// Gland in: Doucet et al., chapter 12). Between them the particles are resampled where the likelihood is large.
   void weigh(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y, const MatrixXd& u) {
     constexpr int kMostPieces = 50;
     double rest = 1.0;
@@ -102,16 +102,16 @@ class Cloud {
     return sum;
   }
 
-  /// A particle that the plant carries out of the numbers has no chance any more; it waits beside one that has.
+  /// Removes particles that overflow: such a particle gets the state of a valid one and almost no weight.
   void drop_escaped() {
-    constexpr double kEscaped = 1e9;  // as simulations call a run escaped
+    constexpr double kEscaped = 1e9;  // limit at which simulations stop
     const auto inside = (x_.array().abs() <= kEscaped).colwise().all().eval();
     Index kept = 0;
     if (inside.all() || !inside.maxCoeff(&kept)) return;
     for (Index i = 0; i < x_.cols(); ++i) {
       if (inside[i]) continue;
       x_.col(i) = x_.col(kept);
-      log_weight_[i] = -700.0;  // e^-700: the least that a double has left
+      log_weight_[i] = -700.0;  // e^-700, near the smallest double
     }
   }
 
@@ -159,7 +159,7 @@ std::string no_likelihood(const NoiseConfig& noise) {
 }
 
 ArrayXd log_likelihood(const SensorNoise& noise, const ArrayXd& v) {
-  constexpr double kLeast = 1e-30;  // a particle that has no chance is as good as gone, but stays finite
+  constexpr double kLeast = 1e-30;  // a particle with almost no weight stays finite
   ArrayXd density = ArrayXd::Zero(v.size());
   if (noise.quantum > 0.0 && noise_row(noise.kind).density == nullptr) {
     density = soft_box(v, 0.5 * noise.quantum) / noise.quantum;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Particle filter that knows all there is to know: the plant with its true parameters and process noise, where runs
-// start, and the distribution of the measurement noise (bias and outliers too). What it reaches is about the least
-// error that any filter can have there: the floor of a comparison.
+// Particle filter that knows everything: the plant with its true parameters and process noise, the distribution of
+// initial states, and the distribution of the measurement noise (bias and outliers too). Its error is near the smallest
+// error that any filter can have: the floor of a comparison.
 //   x_i ~ runs' initial states;  each sample: x_i = Phi(x_i) (+ process noise),  w_i *= p(y | x_i)
-// When fewer than half of the particles count, (sum w)^2 / sum w^2 < N / 2, they are drawn anew by systematic
-// resampling and spread by Liu and West's kernel, which keeps mean and covariance: x <- a x + (1 - a) mean + sqrt(1 -
-// a^2) N(0, P). Where one measurement alone would leave fewer, p(y | x) is taken in several powers that multiply to it.
-// A bias is a state more. Liu, West in: Doucet et al., Sequential Monte Carlo methods in practice, 2001, chapter 10.
+// If fewer than half of the particles count, (sum w)^2 / sum w^2 < N / 2, they are resampled (systematic resampling)
+// and spread by Liu and West's kernel, which keeps mean and covariance: x <- a x + (1 - a) mean + sqrt(1 - a^2) N(0,
+// P). If one measurement alone would leave fewer, p(y | x) is applied as a product of several powers. A bias is one
+// more state. Liu, West in: Doucet et al., Sequential Monte Carlo methods in practice, 2001, chapter 10.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,14 +19,15 @@
 
 namespace nlo::trainer {
 
-/// Why such a filter has no likelihood for this noise, or nothing to be uncertain of; empty: it has one.
+/// Returns the reason why this noise has no likelihood, or why nothing is uncertain; empty: the filter can be used.
 std::string no_likelihood(const NoiseConfig& noise);
 
-/// ln p(v) of a sensor's error beside its bias, up to a constant. A hard edge is softened over 2 % of its width.
+/// Returns ln p(v) of a sensor's error without its bias, up to a constant. A hard edge is softened over 2 % of its
+/// width.
 Eigen::ArrayXd log_likelihood(const SensorNoise& noise, const Eigen::ArrayXd& v);
 
 struct ParticleSettings {
-  Eigen::Index particles = 400;  ///< three times as many where an output has a bias
+  Eigen::Index particles = 400;  ///< three times as many if an output has a bias
   std::uint64_t seed = 1;
 };
 

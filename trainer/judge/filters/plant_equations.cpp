@@ -19,7 +19,7 @@ double& value_of(PlantConfig& plant, const std::string& parameter) {
       ->second;
 }
 
-/// f and h with p_i moved by `step` of them.
+/// f and h with p_i changed by the fraction `step`.
 class AffinePlant {
  public:
   AffinePlant(const PlantConfig& config, const std::vector<std::string>& names) {
@@ -38,7 +38,7 @@ class AffinePlant {
 
   const Plant& plant() const { return *plants_.front(); }
 
-  /// `map` of the plant for the points' own parameters, which stand below the states.
+  /// Evaluates `map` of the plant with the parameters of each point, which are below its states.
   template <class Map>
   MatrixXd value(const MatrixXd& points, const Map& map) const {
     const Index nx = plants_.front()->nx();
@@ -66,7 +66,8 @@ MatrixXd with_still_parameters(const MatrixXd& f, Index parameters) {
   return all;
 }
 
-/// Whether the affine extension meets a plant whose parameters have moved together, away from where it was made.
+/// Returns true if the affine extension equals a plant whose parameters have all changed, away from the point of
+/// linearisation.
 bool is_exact(const AffinePlant& affine, const PlantConfig& plant, const std::vector<std::string>& names,
               const MatrixXd& initial) {
   for (const double factor : {0.6, 1.7}) {
@@ -93,7 +94,7 @@ bool is_exact(const AffinePlant& affine, const PlantConfig& plant, const std::ve
 
 LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& parameters, const MatrixXd& initial) {
   PlantConfig known = plant;
-  if (!known.model.empty()) known.parameters = equations_of(plant).parameters;  // with their defaults
+  if (!known.model.empty()) known.parameters = equations_of(plant).parameters;  // with their default values
   known.parameter_ranges.clear();
   const auto np = static_cast<Index>(parameters.size());
   const auto affine = std::make_shared<const AffinePlant>(known, parameters);

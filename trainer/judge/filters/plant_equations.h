@@ -11,9 +11,9 @@
 
 namespace nlo::trainer {
 
-/// The plant with its state extended by these parameters, x = [x; p], p' = 0. Where f and h are affine in p, which is
-/// tried on states of `initial`, by differences of plants, which are exact then; else by expressions,
-/// which take longer.
+/// Returns the plant with its state extended by these parameters, x = [x; p], p' = 0. If f and h are affine in p, which
+/// is tested on states of `initial`, it uses differences of plants, which are exact then; otherwise expressions, which
+/// take longer.
 LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& parameters,
                       const Eigen::MatrixXd& initial);
 

@@ -16,13 +16,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr double kDifferenceSpread = 1e-4;  // step in deviations: relative truncation 1e-8 and rounding 1e-12
-constexpr double kTiny = 1e-300;            // keeps quotients of lanes without any uncertainty finite
+constexpr double kTiny = 1e-300;            // keeps quotients finite in lanes without any uncertainty
 
 double kappa(Index nx) {
   return std::max(0.0, 3.0 - static_cast<double>(nx));
 }
 
-/// A value of each tuning, for the lanes that it has.
+/// Returns a value of each tuning in the lanes of that tuning.
 template <class Value>
 ArrayXd by_lane(const std::vector<FilterTuning>& tunings, Index lanes, const Value& value) {
   ArrayXd result(lanes);
@@ -66,7 +66,7 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
         by_lane(tunings, lanes, [&](const FilterTuning& t) { return of_state(t.initial, t.initial_of, i); });
     for (Index j = 0; j < nx_; ++j) w(i, j) = initial * root(i, j);
   }
-  triangularise(w);  // the root of a P0 that is only semidefinite is full
+  triangularise(w);  // makes a full root of a P0 that is only semidefinite
   initial_root_ = root_;
   for (const double deviation : knowledge.output_deviation)
     output_variance_.emplace_back(output * deviation * deviation);
@@ -74,7 +74,7 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
   rejected_.assign(output_variance_.size(), Eigen::ArrayXi::Zero(lanes));
 }
 
-/// Blocks of L columns: x, x + d S_1, x - d S_1, x + d S_2, ...
+/// Returns blocks of L columns: x, x + d S_1, x - d S_1, x + d S_2, ...
 MatrixXd SigmaPointFilter::points() const {
   MatrixXd all = x_.replicate(1, 2 * nx_ + 1);
   for (Index j = 0; j < nx_; ++j)
@@ -86,7 +86,7 @@ MatrixXd SigmaPointFilter::points() const {
   return all;
 }
 
-/// root_ = L of W = L [orthonormal rows], by modified Gram and Schmidt on the rows of W.
+/// Computes root_ = L of W = L [orthonormal rows], by modified Gram and Schmidt on the rows of W.
 void SigmaPointFilter::triangularise(LaneMatrix& w) {
   for (Index i = 0; i < nx_; ++i) {
     for (Index j = 0; j < nx_; ++j) root_(i, j).setZero();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Extended and unscented Kalman filter in square-root form, on lanes, with a gate on the innovation.
 //
-// P = S S' is never formed. Both filters look at the plant at the points x and x +- d S_i (S_i the columns of S) and
+// P = S S' is never formed. Both filters evaluate the plant at the points x and x +- d S_i (S_i the columns of S) and
 // differ in d and in their weights:
 //            d                     mean           spread W, S- S-' = W W' + Q
 //   EKF      1e-4                  Phi(x)         (Phi(x + d S_i) - Phi(x - d S_i)) / 2d, which is J S_i
@@ -24,7 +24,7 @@
 
 namespace nlo::trainer {
 
-/// A covariance's root for each lane: entry (i, j) of all lanes is one array.
+/// The root of a covariance for each lane: entry (i, j) of all lanes is one array.
 class LaneMatrix {
  public:
   LaneMatrix(Eigen::Index rows, Eigen::Index cols, Eigen::Index lanes)
@@ -45,14 +45,15 @@ class LaneMatrix {
 
 enum class PointSet { kExtended, kUnscented };
 
-/// A filter's knowledge of noises and initial states, the same for all lanes.
+/// Noises and initial states that a filter assumes, the same for all lanes.
 struct FilterKnowledge {
   Eigen::VectorXd initial_state;       ///< n_x
   Eigen::MatrixXd initial_covariance;  ///< P0, n_x x n_x
   Eigen::VectorXd process_deviation;   ///< n_x, square roots of Q's diagonal, per step
   Eigen::VectorXd output_deviation;    ///< n_y, square roots of R's diagonal
-  Eigen::VectorXd farthest = {};  ///< n_x, an estimate with |x_i| beyond it is lost; empty: 1e9, as simulations escape
-  Eigen::VectorXd process_noise = {};  ///< n_x, per sqrt(s): its square times the step is added to Q; empty: none
+  Eigen::VectorXd farthest = {};       ///< n_x; an estimate with |x_i| beyond it is lost; empty: 1e9, the limit of
+                                       ///< simulations
+  Eigen::VectorXd process_noise = {};  ///< n_x, per sqrt(s); its square times the step is added to Q; empty: none
 
   Eigen::ArrayXd limits() const {
     if (farthest.size() > 0) return farthest.array();
@@ -62,13 +63,13 @@ struct FilterKnowledge {
 
 /// A tuning as factors on the filter's noises; 1: unchanged.
 struct FilterTuning {
-  double process = 1.0;  ///< on Q
-  double output = 1.0;   ///< on R
-  double initial = 1.0;  ///< on P0
+  double process = 1.0;  ///< factor on Q
+  double output = 1.0;   ///< factor on R
+  double initial = 1.0;  ///< factor on P0
   /// Further factors on Q and on P0, one for each state of the filter; empty: 1.
   std::vector<double> process_of = {}, initial_of = {};
-  /// Standard deviations: an innovation beyond it is not used. After kMostRejected in a row the covariance goes back to
-  /// P0, as the filter has lost the state.
+  /// Gate [standard deviations]: a larger innovation is not used. After kMostRejected in a row the covariance is reset
+  /// to P0, because the filter has lost the state.
   double gate = std::numeric_limits<double>::infinity();
 
   bool operator==(const FilterTuning&) const = default;
@@ -77,7 +78,7 @@ inline constexpr int kMostRejected = 20;
 
 class SigmaPointFilter final : public LaneFilter {
  public:
-  /// `tunings` share out the lanes evenly, in order: of 3 tunings and 12 lanes, the second has lanes 4 to 7.
+  /// `tunings` divide the lanes evenly, in order: with 3 tunings and 12 lanes, the second has lanes 4 to 7.
   SigmaPointFilter(LanePlant plant, PointSet points, const FilterKnowledge& knowledge,
                    const std::vector<FilterTuning>& tunings, Eigen::Index lanes);
 
@@ -92,9 +93,10 @@ class SigmaPointFilter final : public LaneFilter {
   const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
   const LaneMatrix& root() const { return root_; }
 
-  /// Before the first step: where each lane starts, and starts again when it is lost, n_x x L.
+  /// Sets the initial state of each lane, n_x x L, which is also used after it is lost. Call it before the first step.
   void start_at(const Eigen::MatrixXd& states);
-  /// log p of the last sample's outputs given those before, L; of an output beyond the gate that of one at the gate.
+  /// Returns log p of the last sample's outputs given the earlier ones, L. An output beyond the gate counts as one at
+  /// the gate.
   const Eigen::ArrayXd& log_likelihood() const { return log_likelihood_; }
 
  private:
@@ -110,11 +112,11 @@ class SigmaPointFilter final : public LaneFilter {
   Eigen::MatrixXd x_, initial_state_;
   Eigen::ArrayXd limits_;                             ///< n_x
   Eigen::ArrayXd process_deviation_, process_noise_;  ///< n_x
-  std::vector<Eigen::ArrayXd> process_factor_;        ///< n_x of L, square roots of the tunings' factors on Q
+  std::vector<Eigen::ArrayXd> process_factor_;        ///< n_x of L, square roots of the factors on Q
   LaneMatrix root_, initial_root_;
   std::vector<Eigen::ArrayXd> output_variance_;   ///< n_y
   Eigen::ArrayXd squared_gate_, log_likelihood_;  ///< L
-  std::vector<Eigen::ArrayXi> rejected_;          ///< n_y of L: in a row
+  std::vector<Eigen::ArrayXi> rejected_;          ///< n_y of L: number in a row
   int restarts_ = 0;
 };
 

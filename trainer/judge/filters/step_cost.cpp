@@ -16,7 +16,7 @@ bool is_name(char c) {
 
 StepCost cost_of_expression(std::string_view text) {
   StepCost cost;
-  bool operand = false;  // whether an operator here has something to its left: else it is a sign
+  bool operand = false;  // true if an operator here has an operand to its left; else it is a sign
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (std::isspace(static_cast<unsigned char>(c)) != 0) continue;
@@ -39,7 +39,7 @@ StepCost cost_of_expression(std::string_view text) {
       operand = false;
     } else if (std::string_view("+-*/<>=!&|?").find(c) != std::string_view::npos) {
       if (operand) cost.operations += 1.0;
-      operand = false;  // the second sign of <=, == counts no more
+      operand = false;  // the second character of <=, == does not count
     } else {
       operand = c == ')';
     }
@@ -59,7 +59,7 @@ PlantCost plant_cost(const PlantConfig& plant) {
 }
 
 StepCost rk4_cost(double n, const StepCost& f) {
-  return f * 4.0 + StepCost{13.0 * n, 0.0};  // z + c h k three times, and the weighted sum of four slopes, per state
+  return f * 4.0 + StepCost{13.0 * n, 0.0};  // per state: z + c h k three times, and the weighted sum of four slopes
 }
 
 StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& plant, double steps) {
@@ -78,7 +78,7 @@ StepCost bank_cost(double members, double n, double ny, const StepCost& one) {
 }
 
 StepCost cost_of_constant_acceleration() {
-  // F x 6, F P F' 24 (its zeros and ones left out), q Q 15, gain 4, state 6, Joseph form by its sparse factor 45
+  // F x 6, F P F' 24 (without its zeros and ones), q Q 15, gain 4, state 6, Joseph form by its sparse factor 45.
   return {100.0, 0.0};
 }
 

@@ -8,8 +8,8 @@
 
 namespace nlo::trainer {
 
-/// Per sample: additions, multiplications, divisions and comparisons; and calls of functions (sin, tanh, a power, a
-/// square root).
+/// Cost per sample: operations (additions, multiplications, divisions and comparisons), and calls of functions (sin,
+/// tanh, a power, a square root).
 struct StepCost {
   double operations = 0.0, functions = 0.0;
 
@@ -19,23 +19,24 @@ struct StepCost {
   StepCost operator*(double times) const { return {times * operations, times * functions}; }
 };
 
-/// Cost of one evaluation as written: an operator is one operation; x^2 and x^3 are one and two, another power is a
+/// Returns the cost of one evaluation: an operator is one operation; x^2 and x^3 are one and two, another power is a
 /// function.
 StepCost cost_of_expression(std::string_view expression);
 
-/// f and h of the plant, counted from its equations.
+/// Cost of f and h of a plant, counted from its equations.
 struct PlantCost {
   StepCost f, h;
 };
 PlantCost plant_cost(const PlantConfig& plant);
 
-/// Cost of a step of RK4 with n states.
+/// Returns the cost of a step of RK4 with n states.
 StepCost rk4_cost(double n, const StepCost& f);
 
-/// Cost of SigmaPointFilter with n states and ny outputs, EKF or UKF, with `steps` of RK4 in a sample period.
+/// Returns the cost of SigmaPointFilter with n states and ny outputs, EKF or UKF, with `steps` of RK4 in a sample
+/// period.
 StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& plant, double steps = 1.0);
 
-/// Cost of FilterBank with so many members, each of the cost `one`.
+/// Returns the cost of a FilterBank with `members` filters of cost `one`.
 StepCost bank_cost(double members, double n, double ny, const StepCost& one);
 
 /// Cost of the Kalman filter with constant acceleration, for one quantity.

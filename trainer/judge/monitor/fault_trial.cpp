@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 constexpr std::array<Fault, 5> kFaults = {Fault::kDead, Fault::kFrozen, Fault::kZero, Fault::kBiased, Fault::kNoisy};
 constexpr double kBias = 0.5, kNoise = 2.0;  // deviations of the output
 constexpr double kHarm = 2.0;
-constexpr double kUndetected = 0.1;  // share of the harmed runs
+constexpr double kUndetected = 0.1;  // share of the runs in which the fault does harm
 
 VectorXd output_deviations(const std::vector<FlownRun>& runs) {
   const Index ny = runs.front().outputs.rows();
@@ -41,8 +41,8 @@ double uniform01(std::mt19937_64& engine) {
   return static_cast<double>(engine() >> 11U) * 0x1p-53;
 }
 
-/// The run with output j failing from sample `first` on.
-/// `slow`: the output has a period of its own, and sends nothing between its samples.
+/// Returns the run with a fault of output j from sample `first` on. `slow`: the output has a period of its own and
+/// sends nothing between its samples.
 FlownRun with_fault(FlownRun run, Fault fault, Index j, bool slow, Index first, double deviation, std::size_t number) {
   double last = 0.0;
   for (Index k = 0; k < first; ++k)
@@ -94,7 +94,8 @@ std::vector<FaultRow> try_faults(const codegen::Model& model, const codegen::Mon
   std::vector<FaultRow> rows;
   if (runs.empty()) return rows;
   const VectorXd states = state_deviations(runs), outputs = output_deviations(runs);
-  // Few logs are flown several times, with the fault at several times: at rest a frozen sensor does no harm.
+  // If there are few logs, they are flown several times with the fault at different times: at rest a frozen sensor does
+  // no harm.
   constexpr std::size_t kFlights = 12;
   const std::size_t times = std::max<std::size_t>(1, kFlights / runs.size());
   const std::size_t flights = times * runs.size();

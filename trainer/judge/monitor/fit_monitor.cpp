@@ -27,15 +27,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kHour = 3600.0;
-// A share of missing measurements below which there is no alarm, however complete the training was.
+// A smaller share of missing measurements raises no alarm, even if the training had none.
 constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
 constexpr double kLeastGate = 3.0;  // deviations
-// The largest limit, relative to the reachable value of a statistic, and the largest value in training below such a
-// limit.
+// The largest limit, relative to the largest reachable value of a statistic, and the largest value in training for
+// which such a limit is used.
 constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
-// Limits of missing shares. A gate that rejects 5 readings of 6 brings the share to 0.92 over 4 samples, less over
-// more.
+// Limits of the shares of missing samples. A gate that rejects 5 readings of 6 brings the share to 0.92 over 4 samples,
+// and to less over more samples.
 constexpr double kMostMissing = 0.95, kSeenMissing = 0.93;
 
 /// Training pairs of one run for the prediction: the features of each sample but the last, and the change of y that
@@ -76,7 +76,7 @@ Steps steps_of(const codegen::Model& model, const codegen::Run& run, const Matri
   return steps;
 }
 
-/// The steps at whose end output j arrived, with its changes alone.
+/// Returns the steps at whose end output j arrived, with the changes of this output.
 std::vector<Steps> arrivals_of(const std::vector<Steps>& all, Index j) {
   std::vector<Steps> own;
   for (const Steps& steps : all) {
@@ -96,8 +96,8 @@ std::vector<Steps> arrivals_of(const std::vector<Steps>& all, Index j) {
   return own;
 }
 
-/// targets = slope features + offset, by ridge regression with so small a weight that it only decides between equal
-/// features.
+/// Fits targets = slope features + offset by ridge regression. Its weight is so small that it only decides between
+/// equal features.
 struct LinearFit {
   MatrixXd slope;
   VectorXd offset;
@@ -144,7 +144,7 @@ void fit_prediction(Monitor& monitor, const std::vector<Steps>& all, const std::
   }
 }
 
-/// The linear fit of T* once it has settled. A T* that is linear itself, and an angle that turns, are not compared.
+/// Fits T* linearly after it has settled. A T* that is linear itself and an angle that turns are not compared.
 void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<Steps>& all) {
   const Index read = model.nz() + model.nr();
   const auto features = [read](const Steps& steps) {
@@ -153,7 +153,7 @@ void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<St
   const auto estimates = [](const Steps& steps) { return steps.x_hat.rightCols(steps.x_hat.cols() - steps.armed); };
   Index settled = 0;
   for (const Steps& steps : all) settled += features(steps).cols();
-  if (settled < 10 * read) return;  // the error of the limits names the reason
+  if (settled < 10 * read) return;  // the error about the limits has the reason
   const LinearFit fit = fit_linear(all, features, estimates);
   const Index nx = model.nx();
   VectorXd squares = VectorXd::Zero(nx), sum = VectorXd::Zero(nx), all_squares = VectorXd::Zero(nx);
@@ -177,7 +177,7 @@ void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<St
   }
 }
 
-/// mean_r |off_r| of each column, as the monitor computes it.
+/// Returns mean_r |off_r| of each column, as the monitor computes it.
 Eigen::RowVectorXd places(const Monitor& monitor, const MatrixXd& features) {
   const Index nz = monitor.latent_mean.size();
   const MatrixXd off = monitor.latent_deviation.cwiseInverse().asDiagonal() *
@@ -185,10 +185,10 @@ Eigen::RowVectorXd places(const Monitor& monitor, const MatrixXd& features) {
   return off.cwiseAbs().colwise().mean().cwiseMin(kLargestInnovation);
 }
 
-/// Innovations of some outputs: their mean squares, how they grow with the distance of z, and the settled ones.
+/// Innovations of some outputs: their mean squares, their growth with the distance of z, and the settled ones.
 struct Innovations {
   VectorXd squares, motion;
-  std::vector<MatrixXd> sized;  ///< over 1 + motion place, of each run
+  std::vector<MatrixXd> sized;  ///< divided by 1 + motion place, for each run
 };
 Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, const VectorXd& offset,
                            const std::vector<Steps>& all) {
@@ -199,7 +199,7 @@ Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, c
   };
   const Index ny = offset.size();
   const auto place = [&](const Steps& steps) { return places(monitor, steps.features.rightCols(settled(steps))); };
-  // E |innovation| = a + b place, by least squares.
+  // Fits E |innovation| = a + b place by least squares.
   double count = 0.0, sum_place = 0.0, square_place = 0.0;
   VectorXd sum = VectorXd::Zero(ny), mixed = VectorXd::Zero(ny);
   for (const Steps& steps : all) {
@@ -212,7 +212,7 @@ Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, c
     mixed += size * at.transpose();
   }
   const double spread = square_place - sum_place * sum_place / count;
-  constexpr double kLeastBase = 0.1;  // share of the mean size; innovations are not zero at the mean of z
+  constexpr double kLeastBase = 0.1;  // share of the mean size; at the mean of z innovations are not zero
   Innovations found{VectorXd::Zero(ny), VectorXd::Zero(ny), {}};
   for (Index j = 0; j < ny; ++j) {
     const double slope = spread > 0.0 ? std::max(0.0, (mixed(j) - sum(j) * sum_place / count) / spread) : 0.0;
@@ -230,7 +230,8 @@ Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, c
   return found;
 }
 
-/// Deviations of innovations and how they grow with the distance of z, then the gate beyond the training's sensors.
+/// Fits the deviations of innovations and their growth with the distance of z, then the gate, wider than all
+/// innovations of the training.
 void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codegen::Model& model,
                     const std::vector<Index>& slow) {
   Innovations found = innovations_of(monitor, monitor.prediction, monitor.offset, all);
@@ -274,18 +275,19 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   }
   monitor.latent_mean = sum / count;
   for (const Steps& steps : all) squares += (settled(steps).colwise() - monitor.latent_mean).rowwise().squaredNorm();
-  constexpr double kLeast = 0.05;  // share of the domain; a clock that has run out has no information
+  constexpr double kLeast = 0.05;  // share of the domain; a clock that has decayed has no information
   const VectorXd least = kLeast * (model.latent_max - model.latent_min);
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }
 
-/// Samples after a start until the rms error of x_hat over `runs` is at most twice that of their second halves: as many
-/// quarters of a time constant as it takes, from 4 to 12. 4 without runs.
+/// Returns the number of samples after a start until the rms error of x_hat over `runs` is at most twice that of their
+/// second halves, in quarters of a time constant, from 4 to 12 of them. 4 without runs.
 Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
   constexpr Index kParts = 4, kMostBlocks = 3;
   constexpr double kSettled = 2.0;
   const Index part = std::max<Index>(1, block / kParts);
-  std::vector<ErrorSum> from(static_cast<std::size_t>(kParts * kMostBlocks + 1));  // part `i` of all runs, and the rest
+  // Part `i` of all runs, and the remainder.
+  std::vector<ErrorSum> from(static_cast<std::size_t>(kParts * kMostBlocks + 1));
   ErrorSum late;
   const auto add = [](ErrorSum& to, const ErrorSum& sum) { to.squares += sum.squares, to.weight += sum.weight; };
   if (runs.empty()) return block;
@@ -309,7 +311,7 @@ Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& ru
   return kMostBlocks * block;
 }
 
-/// All limits at 1: levels are the statistics themselves.
+/// Sets all limits to 1, so that levels are the statistics themselves.
 void clear_limits(Monitor& monitor, Index ny) {
   const Index windows = monitor.windows();
   monitor.mean_limit = monitor.variance_limit = monitor.correlation_limit = MatrixXd::Ones(ny, windows);
@@ -324,7 +326,7 @@ void clear_limits(Monitor& monitor, Index ny) {
 struct Statistic {
   std::string name;
   double reach = 0.0;
-  double most = kMostOfReach * reach, seen = kSeenOfReach * reach;  ///< limit, and value in training, at most
+  double most = kMostOfReach * reach, seen = kSeenOfReach * reach;  ///< largest limit, and largest value in training
 };
 std::vector<Statistic> statistics_of(const codegen::Model& model, const Monitor& monitor) {
   constexpr double kMostSquare = kLargestInnovation * kLargestInnovation;
@@ -359,7 +361,7 @@ void set_limits(Monitor& monitor, Index ny, const VectorXd& limits) {
     if (monitor.row_deviation(i) > 0.0) monitor.disagreement_limit(i) = limits(at + windows + ny + i);
 }
 
-/// The largest levels in each block of `block` samples after the start, of each run.
+/// Returns the largest levels in each block of `block` samples after the start, for each run.
 std::vector<VectorXd> block_maxima(const codegen::Model& model, const Monitor& monitor, const SensedRuns& runs,
                                    Index block, ThreadPool& pool) {
   std::vector<std::vector<VectorXd>> each(runs.size());
@@ -426,7 +428,7 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   fit_frozen(monitor, fit, clean.has_value(), model);
   fitted.gate = drop_harmful_gates(model, monitor, trial, block, pool);
 
-  // Statistics as they are, then their limits.
+  // Statistics first, then their limits.
   std::vector<VectorXd> maxima;
   for (int chunk = 0; chunk < limits.chunks; ++chunk) {
     const std::vector<VectorXd> own = block_maxima(model, monitor, limits.chunk(chunk), block, pool);
@@ -452,8 +454,8 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
     found(q) = std::max(1e-9, exceeded_at_rate(of_all([q](const VectorXd& one) { return one(q); }), monitor.hours,
                                                request.false_alarms_per_hour / static_cast<double>(count)));
   found.segment(count - model.nx() - ny, ny) = found.segment(count - model.nx() - ny, ny).cwiseMax(kLeastMissing);
-  // A statistic whose limit it cannot reach is watched with a lower limit, if training stays below that; else not at
-  // all.
+  // If a statistic cannot reach its limit, it gets a lower limit, if training stays below that. Otherwise it is not
+  // watched.
   const auto reachable = [&](double limit, Index q) {
     const Statistic& statistic = statistics[static_cast<std::size_t>(q)];
     if (limit < statistic.most) return limit;
@@ -471,7 +473,8 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   set_limits(monitor, ny, found);
   if (!clean) return fitted;
 
-  // Without noise, predictions have the errors of their model, alike sample after sample: p is near v.
+  // Without noise the errors of predictions are those of the model, which hardly change between samples, so p is near
+  // v.
   Monitor unscaled = monitor;
   constexpr double kHuge = 1e12;
   unscaled.least_variance.setConstant(kHuge);

@@ -61,7 +61,7 @@ VectorXd state_deviations(const std::vector<FlownRun>& runs) {
   if (count == 0.0) return VectorXd::Ones(nx);
   const VectorXd mean = sum / count;
   const VectorXd variance = (squares / count - mean.cwiseAbs2()).cwiseMax(0.0);
-  // A state that does not move has no deviation: its errors count as they are.
+  // A state that does not move has no deviation; its errors are not scaled.
   return variance.cwiseSqrt().unaryExpr([](double d) { return d > 0.0 ? d : 1.0; });
 }
 

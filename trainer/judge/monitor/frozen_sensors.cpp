@@ -18,16 +18,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A sensor that the observer can do without is frozen once it repeats a reading for longer than at all but this share
-// of the training's samples. As many of those at rest its reference sensor may be out of its range there; of the others
-// it has to be in most.
+// An output that may fail is frozen once it repeats a reading for longer than at all but this share of the samples in
+// training. At most this share of its samples at rest may have a reference sensor outside of its range; of its other
+// samples, most must have it outside.
 constexpr double kFrozenShare = 0.03, kLeastReference = 0.5;
-// A sensor of high resolution repeats itself now and then, though no log shows it.
+// A sensor of high resolution sometimes repeats a reading, even if no log shows it.
 constexpr std::size_t kFewestEqual = 5;
-// The resting reading of a sensor that does not rest: no reading equals it.
+// Resting reading of a sensor that is never at rest: no reading equals it.
 constexpr double kNoRest = 1e30;
 
-/// The reading of output j that is repeated most.
+/// Returns the most frequent repeated reading of output j.
 double resting_reading(const SensedRuns& runs, Index j) {
   std::map<double, std::size_t> repeated;
   for (const MatrixXd& y : runs.outputs)
@@ -38,7 +38,8 @@ double resting_reading(const SensedRuns& runs, Index j) {
   return most == repeated.end() ? 0.0 : most->first;
 }
 
-/// What output i reads where output j rests, but for kFrozenShare of it, and the share of other samples beyond.
+/// The range of output i while output j is at rest, except kFrozenShare of it, and the share of other samples outside
+/// of it.
 struct ReferenceSensor {
   Index output = 0;
   double min = 0.0, max = 0.0, beyond = 0.0;
@@ -63,9 +64,10 @@ ReferenceSensor reference_sensor_of(const SensedRuns& runs, Index j, double rest
   return reference_sensor;
 }
 
-/// The most equal readings of output j in a row, as the monitor counts them, but for kFrozenShare of all samples.
+/// Returns the largest number of equal readings of output j in a row, counted like in the monitor, except for
+/// kFrozenShare of all samples.
 double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
-  std::vector<double> samples;  // [i]: that repeat their reading for the (i + 1)th time
+  std::vector<double> samples;  // [i]: number of samples that repeat their reading for the (i + 1)th time
   double all = 0.0;
   for (const MatrixXd& y : runs.outputs) {
     codegen::Repeats repeats;
@@ -85,8 +87,8 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   return std::min(static_cast<double>(std::max(length + 1, kFewestEqual)), 65535.0);
 }
 
-/// Over all runs, of one output: the most equal readings in a row, and the largest change that was predicted while the
-/// reading stayed the same [deviations], once the observer has settled.
+/// For one output over all runs: the most equal readings in a row, and the largest change that was predicted during
+/// equal readings [deviations], after the observer has settled.
 struct Repeated {
   int longest = 0;
   double moved = 0.0;
@@ -123,7 +125,7 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const 
   codegen::leave_out_frozen(monitor, model.ny());
   if (runs.outputs.empty()) return;
   const std::vector<Repeated> all = repeated(monitor, runs, model);
-  // A sensor of high resolution repeats a reading by chance only.
+  // A sensor of high resolution repeats a reading only by chance.
   constexpr int kByChance = 3;
   constexpr double kMargin = 2.0, kLeastMoved = 3.0;  // deviations
   for (Index j = 0; j < model.measured(); ++j) {
@@ -138,7 +140,7 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const 
   for (const int j : model.failures.outputs) {
     if (simulated || j >= model.measured()) continue;
     const double resting = resting_reading(runs, j);
-    ReferenceSensor best{j, resting, resting, kLeastReference};  // itself: at rest it is never frozen
+    ReferenceSensor best{j, resting, resting, kLeastReference};  // the output itself: at rest it is never frozen
     for (Index i = 0; i < model.measured(); ++i) {
       if (i == j) continue;
       if (const ReferenceSensor other = reference_sensor_of(runs, j, resting, i); other.beyond > best.beyond)

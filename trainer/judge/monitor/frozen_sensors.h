@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When a monitor (nlo/monitor.h) takes a sensor for frozen.
+// Conditions under which a monitor (nlo/monitor.h) considers a sensor frozen.
 #pragma once
 
 #include "codegen/model/model.h"
@@ -8,12 +8,12 @@
 namespace nlo::trainer {
 
 /// Sets the values that distinguish a frozen sensor from one at rest, for each measured output:
-///   most_moved  twice the largest change that was predicted, in training, while the reading stayed the same
-///   most_equal  a count of equal readings, where logs have hardly any: a sensor of high resolution. For outputs that
-///               may fail, more than nearly all of the logs', less those at rest (resting, reference_sensor, rest_min,
-///               rest_max).
-///               None for simulated runs: they do not show the resolution of the sensor.
-/// Its predictions must be fitted already. Without runs no sensor is frozen.
+///   most_moved  twice the largest change that was predicted in training during equal readings
+///   most_equal  number of equal readings in a row. It is set if logs have hardly any, which shows a sensor of high
+///   resolution. For outputs that may fail it exceeds nearly all of those in the logs, except those at rest (resting,
+///   reference_sensor, rest_min, rest_max). It is not set for simulated runs, which do not show the resolution of the
+///   sensor
+/// The predictions of the monitor must be fitted already. Without runs no sensor is frozen.
 void fit_frozen(codegen::Monitor& monitor, const SensedRuns& runs, bool simulated, const codegen::Model& model);
 
 }  // namespace nlo::trainer

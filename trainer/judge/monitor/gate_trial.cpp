@@ -27,8 +27,8 @@ MatrixXd beside(const MatrixXd& left, const MatrixXd& right) {
   return both;
 }
 
-/// `head` samples of one run, then `tail`; `pause_s` between their time stamps. Without `timed`, every step is one
-/// sample period.
+/// Joins `head` samples of one run and `tail`, with `pause_s` between their time stamps. Without `timed`, every step is
+/// one sample period.
 FlownRun joined(const FlownRun& head, Index count, const FlownRun& tail, double pause_s, double period_s, bool timed) {
   FlownRun run;
   run.outputs = beside(head.outputs.leftCols(count), tail.outputs);
@@ -115,7 +115,7 @@ GateReport drop_harmful_gates(const codegen::Model& model, Monitor& monitor, con
   if (!monitor.freezes_none())
     try_alone(frozen_alone, "holding back frozen sensors", [&] { codegen::leave_out_frozen(monitor, model.ny()); });
   try_alone(gate_alone, "rejecting outliers", [&] { monitor.gate = std::sqrt(kNoLimit); });
-  if (report.dropped.empty()) {  // each alone does no harm: together they do
+  if (report.dropped.empty()) {  // neither does harm alone, but together they do
     report.dropped.push_back(fmt::format("holding back frozen sensors beside the gate costs {:.3g} times the error {}",
                                          worst(report.trials).cost(), worst(report.trials).when));
     codegen::leave_out_frozen(monitor, model.ny());

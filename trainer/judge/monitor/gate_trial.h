@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shows that a gate does no harm: estimates behind it are compared with estimates without it, on runs that did not set
-// it, as trained and where a gate is most likely to be wrong.
+// Tests that a gate does no harm: estimates with it are compared with estimates without it, on runs that were not used
+// to set it, as trained and in the situations in which a gate is most likely to be wrong.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace nlo::trainer {
 
-/// A gate whose error is more than this times the error without it is not shipped.
+/// A gate is not shipped if its error exceeds the error without it by this factor.
 inline constexpr double kMostGateCost = 1.05;
 
-/// The rms error of one way to fly, in deviations of the states, from the first sample on.
+/// The rms error in one situation, in deviations of the states, from the first sample on.
 struct GateTrial {
   std::string when;  ///< "as trained", "after a restart", "after a jump of the state", "after a gap"
   double plain = 0.0, gated = 0.0;
@@ -23,12 +23,12 @@ struct GateTrial {
 };
 
 struct GateReport {
-  std::vector<GateTrial> trials;     ///< of the gate that ships, or of the one that does not
-  std::vector<std::string> dropped;  ///< "the gate: 3.2 times the error after a restart"; empty: all ships
+  std::vector<GateTrial> trials;     ///< trials of the gate that ships, or of the one that was dropped
+  std::vector<std::string> dropped;  ///< "the gate: 3.2 times the error after a restart"; empty: nothing was dropped
 };
 
-/// Flies `runs` with and without the gate and the frozen-sensor detection of `monitor`, and switches off in `monitor`
-/// each of the two that costs more than kMostGateCost in any way to fly. `gap`: samples that are lost in the middle.
+/// Flies `runs` with and without the gate and the frozen-sensor detection of `monitor`. Switches each of the two off in
+/// `monitor` if it costs more than kMostGateCost in any situation. `gap`: samples that are lost in the middle.
 GateReport drop_harmful_gates(const codegen::Model& model, codegen::Monitor& monitor, const std::vector<FlownRun>& runs,
                               Eigen::Index gap, ThreadPool& pool);
 

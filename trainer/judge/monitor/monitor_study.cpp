@@ -26,7 +26,7 @@ constexpr std::size_t kFaultRuns = 20;
 constexpr Index kMostFaultSamples = 20000;
 constexpr std::size_t kAlarms = static_cast<std::size_t>(Alarm::kReset) + 1;
 
-/// Means of squared errors of one run once armed, as it is and behind the gate.
+/// Means of squared errors of one run once armed, without and with the gate.
 struct Errors {
   double plain = 0.0, gated = 0.0;
 };

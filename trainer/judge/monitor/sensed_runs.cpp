@@ -37,7 +37,8 @@ SensedRuns sensed_runs(const Dataset& logs) {
   SensedRuns runs;
   for (const Trajectory& run : logs.trajectories) {
     runs.outputs.push_back(run.outputs);
-    for (Eigen::Index j = 0; run.missing.size() != 0 && j < run.outputs.rows(); ++j)  // a slow output is not due
+    // NaN also if a slow output is not due.
+    for (Eigen::Index j = 0; run.missing.size() != 0 && j < run.outputs.rows(); ++j)
       if (logs.outputs[static_cast<std::size_t>(j)].period_s > 0.0) runs.outputs.back().row(j) = run.measured().row(j);
     runs.inputs.push_back(run.inputs);
     if (!logs.uniform) runs.time_s.push_back(run.time_s);
@@ -49,7 +50,7 @@ namespace {
 
 using Eigen::Index;
 
-/// Of one output over all runs, in samples. Samples that did not arrive count as the mean.
+/// Returns the correlation time of one output over all runs, in samples. Samples that did not arrive count as the mean.
 double correlation_samples(const SensedRuns& runs, Index output) {
   double sum = 0.0, count = 0.0;
   for (const Eigen::MatrixXd& y : runs.outputs)
@@ -65,7 +66,7 @@ double correlation_samples(const SensedRuns& runs, Index output) {
       for (Index k = lag; k < y.cols(); ++k) total += value(y, k) * value(y, k - lag);
     return total;
   };
-  const double first = product(1);  // not at lag 0, where the noise is
+  const double first = product(1);  // not at lag 0, which contains the noise
   double integral = 0.5;
   for (Index lag = 1; first > 0.0; ++lag) {
     const double share = product(lag) / first;
@@ -76,10 +77,11 @@ double correlation_samples(const SensedRuns& runs, Index output) {
 }
 
 constexpr long kLeastSamples = 16;
-constexpr double kOfRun = 8.0;             // the longest run over the longest period that it shows
-constexpr std::size_t kEnoughBlocks = 30;  // fewer do not show the tail that a limit is read from
+constexpr double kOfRun = 8.0;             // ratio of the longest run to the longest period that it can show
+constexpr std::size_t kEnoughBlocks = 30;  // fewer blocks do not show the tail for a limit
 
-/// Whole time constants of `runs`, of that many samples each, without the first of each run: the observer starts there.
+/// Returns the number of whole time constants in `runs`, of `block` samples each, without the first of each run, in
+/// which the observer starts.
 std::size_t blocks_of(const SensedRuns& runs, Index block) {
   std::size_t blocks = 0;
   for (const Eigen::MatrixXd& y : runs.outputs)

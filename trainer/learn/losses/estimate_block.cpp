@@ -55,7 +55,7 @@ void EstimateBlock::pull_back_features() {
     float* g = group.cotangent.data() + group.at(features[f].latent, 0);
     const float* du = network_->input_cotangent() + f * kRow;
     const float inverse = FeatureFormula<float>(features[f]).inverse;
-    if (features[f].clock >= 0) {  // nothing of a clock is learned: only the factor has a cotangent
+    if (features[f].clock >= 0) {  // a clock has no learned parameters; only its factor has a cotangent
       const float* clock = group.latent.data() + group.at(features[f].clock, 0);
       for (int s = 0; s < samples_.count; ++s) g[offsets[s]] += inverse * clock[offsets[s]] * du[s];
       continue;

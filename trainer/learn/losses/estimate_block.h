@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Estimates at a block of samples beside the truth, for losses of x_hat: T* reads z and y through its features, or z is
-// the estimate itself.
+// Estimates at a block of samples beside the truth, for losses of x_hat. Either T* reads z and y through its features,
+// or z itself is the estimate.
 #pragma once
 
 #include <cstddef>
@@ -25,25 +25,27 @@ struct SampleRange {
 
 class EstimateBlock {
  public:
-  /// Both must outlive this; means and scales may still change until the first block.
+  /// Both arguments must outlive this object. Means and scales may still change until the first block.
   explicit EstimateBlock(const ObserverStructure& structure, bool normalised);
 
-  /// Runs T* at these samples and compares: error() and squares() are about them until the next call.
+  /// Runs T* at these samples and compares its estimates with the truth. error() and squares() refer to these samples
+  /// until the next call.
   ///   parameters  of T*
   void evaluate(Rollout& rollout, const SampleRange& samples, const float* parameters);
-  /// Pulls the cotangents of the losses back through T*, into the group's cotangent of z.
+  /// Propagates the cotangents of the losses back through T* into the group's cotangent of z.
   void backward(const float* parameters, const float* transposed);
 
   std::size_t states() const { return structure_->state_scale.size(); }
   int count() const { return samples_.count; }
   const float* weights() const { return samples_.weights(); }
   const float* error(std::size_t state) const { return error_.data() + state * kRow; }  ///< x_hat - x
-  /// 1 / scale^2 where squared errors are normalised, else 1.
+  /// Returns 1 / scale^2 if squared errors are normalised, else 1.
   float per_unit(std::size_t state) const;
-  /// Sum of weight error^2 / unit^2 over the block.
+  /// Returns the sum of weight error^2 / unit^2 over the block.
   double squares(std::size_t state) const { return squares_[state]; }
 
-  /// Adds a cotangent of T*'s output (or of z): of(sample, gain), where gain is the derivative of x_hat by it.
+  /// Adds a cotangent of the output of T* (or of z): of(sample, gain), where gain is the derivative of x_hat with
+  /// respect to it.
   template <class Cotangent>
   void pull_back(std::size_t state, const Cotangent& of) {
     if (has_network()) {
@@ -59,7 +61,7 @@ class EstimateBlock {
   }
 
   void clear_gradient();
-  /// Writes the gradient of T*; nothing without T*.
+  /// Writes the gradient of T*. Does nothing if there is no T*.
   void gradient(float* out) const;
 
  private:
@@ -71,7 +73,7 @@ class EstimateBlock {
   bool normalised_;
   Rollout* rollout_ = nullptr;
   SampleRange samples_;
-  std::optional<WideBlock> network_;  // T*; none where z is the estimate
+  std::optional<WideBlock> network_;  // T*; empty if z is the estimate
   std::vector<float> error_;          // n_x rows
   std::vector<double> squares_;       // n_x
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// T beside its inverse T* at a block of samples: for evaluation and pullback of the losses of T.
+// T beside its inverse T* at a block of samples: evaluates the losses of T and propagates their cotangents back.
 // Each map is a network between normalised values: T(x) = mean_z + scale_z n((x - mean_x) / scale_x).
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace nlo::trainer {
 
-/// Samples as a block holds them: rows of NetworkBlock::kStride columns, `count` of them in use.
+/// The samples of a block: rows of NetworkBlock::kStride columns, of which the first `count` are used.
 template <class Scalar>
 struct MapSamples {
   int count = 0;
   const Scalar* x = nullptr;       ///< n_x rows
   const Scalar* z = nullptr;       ///< n_z rows
   const Scalar* y = nullptr;       ///< n_y rows, as measured; T* may read them
-  const Scalar* f = nullptr;       ///< n_x rows, f(x): for the residual
-  const Scalar* h = nullptr;       ///< n_y rows, h(x): for the residual
+  const Scalar* f = nullptr;       ///< n_x rows, f(x), for the residual
+  const Scalar* h = nullptr;       ///< n_y rows, h(x), for the residual
   const Scalar* weight = nullptr;  ///< one for each column
 };
 
@@ -29,26 +29,26 @@ class MapBlock {
   using Network = NetworkBlock<Scalar, kColumns>;
   static constexpr int kStride = Network::kStride;
 
-  /// The structure must have a forward map and outlive this; its means and scales may still change.
-  ///   with_tangents  for losses of dT/dx
+  /// The structure must have a forward map and outlive this object. Its means and scales may still change.
+  ///   with_tangents  true for losses of dT/dx
   MapBlock(const ObserverStructure& structure, bool normalised, bool with_tangents);
 
-  /// Reads the parameters of T* and T and the eigenvalues of D (n_z): once for each set of parameters.
+  /// Reads the parameters of T* and T and the eigenvalues of D (n_z). Call it once for each set of parameters.
   void prepare(const Scalar* inverse_map, const Scalar* forward_map, const std::vector<double>& eigenvalues);
 
-  /// latent() = T(x), and its cotangent cleared.
+  /// Computes latent() = T(x) and clears the cotangent of latent().
   void forward(const MapSamples<Scalar>& samples);
-  /// Pulls the cotangent of latent() back through T.
+  /// Propagates the cotangent of latent() back through T.
   void backward(int count);
 
-  /// T's network and its tangents along f(x), outputs normalised; backward_tangents() takes the cotangents that stand
-  /// in tangent_network().
+  /// Evaluates the network of T and its tangents along f(x), with normalised outputs. backward_tangents() reads the
+  /// cotangents from tangent_network().
   void forward_tangents(const MapSamples<Scalar>& samples);
   void backward_tangents() { forward_.backward_tangents(forward_parameters_, forward_transposed_.data()); }
   Network& tangent_network() { return forward_; }
 
-  /// T* from latent() and the samples' y, its outputs normalised; pull_back_inverse() takes the cotangents that stand
-  /// in inverse_network() to the cotangent of latent().
+  /// Computes T* from latent() and the samples' y, with normalised outputs. pull_back_inverse() reads the cotangents
+  /// from inverse_network() and adds to the cotangent of latent().
   void run_inverse(const MapSamples<Scalar>& samples);
   void pull_back_inverse(int count);
   Network& inverse_network() { return inverse_; }
@@ -58,7 +58,7 @@ class MapBlock {
   Scalar* latent(std::size_t row) { return latent_.data() + row * kStride; }
   Scalar* latent_cotangent(std::size_t row) { return latent_cotangent_.data() + row * kStride; }
   double& eigenvalue_gradient(std::size_t row) { return eigenvalue_gradient_[row]; }
-  /// Share of a squared error in z or x: of its own unit, or of its deviation.
+  /// Factor of a squared error in z or x: 1, or 1 / scale^2 if errors are normalised.
   Scalar latent_share(std::size_t row) const { return share_of(structure_->latent_scale[row]); }
   Scalar state_share(std::size_t row) const { return share_of(structure_->state_scale[row]); }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Copies of a block of samples, row by row, as the losses of T read them.
+// Copies the samples of a block row by row into the form that the losses of T read.
 #pragma once
 
 #include <vector>
@@ -13,12 +13,12 @@ class SampleRows {
  public:
   explicit SampleRows(const ObserverStructure& structure);
 
-  /// x, z, y and h of a rollout's samples; f too where the data has it. Weights are times `share`.
+  /// Copies x, z, y and h of a rollout's samples, and f if the data has it. Weights are multiplied by `share`.
   MapSamples<float> gather(const Rollout& rollout, const SampleRange& samples, float share, bool with_equations);
-  /// x, f and h of collocation points [first, first + count), each of that weight.
+  /// Copies x, f and h of collocation points [first, first + count). Each point gets the weight `weight`.
   MapSamples<float> gather(const TrainingData::Points& points, int first, int count, float weight);
 
-  /// Adds `cotangent` (n_z rows) to the samples' cotangents in the rollout.
+  /// Adds `cotangent` (n_z rows) to the cotangents of the samples in the rollout.
   static void scatter(const std::vector<float>& cotangent, const SampleRange& samples, Rollout& rollout);
 
  private:

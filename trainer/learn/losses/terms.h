@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The entries that loss_registry.cpp lists, each defined in the file of its name; terminal in that of the state error.
+// The entries that loss_registry.cpp lists. Each is defined in the file of its name; terminal_loss is in that of the
+// state error.
 #pragma once
 
 #include "trainer/learn/losses/loss_registry.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Optimisers and learning-rate schedules. A new one is one entry in the tables of optimiser.cpp.
+// Optimisers and learning-rate schedules. To add one, add an entry to a table of optimiser.cpp.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// The rate (relative) and decay of a group of parameters.
+/// The learning rate and the weight decay of a group of parameters.
 struct ParameterGroup {
   int count = 0;
   double rate = 0.0;          ///< learning rate
@@ -21,7 +21,7 @@ struct ParameterGroup {
 /// A first-order optimiser: parameters <- parameters - rate * direction(gradient), group by group.
 struct OptimiserEntry {
   std::string_view name;              ///< value of [training] optimiser
-  std::size_t numbers_per_parameter;  ///< size of its memory per parameter, zero at first
+  std::size_t numbers_per_parameter;  ///< numbers that it stores for each parameter, initially zero
   void (*step)(const std::vector<ParameterGroup>& groups, float* parameters, const float* gradient, long step,
                double factor, std::vector<float>& memory);
 };
@@ -29,24 +29,27 @@ struct OptimiserEntry {
 /// A schedule of the learning rate.
 struct ScheduleEntry {
   std::string_view name;  ///< value of [training] schedule
-  /// The rate at a step, relative to the configured one: 1 at first.
+  /// Returns the rate at a step, relative to the configured rate. It is 1 at first.
   double (*factor)(const TrainingConfig& config, double step);
 };
 
 const std::vector<OptimiserEntry>& optimisers();
 const std::vector<ScheduleEntry>& schedules();
 
-/// Names for configs and messages.
+/// Returns the names for keys and messages.
 std::vector<std::string> optimiser_names();
 std::vector<std::string> schedule_names();
 
-/// The configured schedule at a step. Throws codegen::Error with the names there are.
+/// Returns the factor of the configured schedule at a step. An unknown name throws codegen::Error, which lists the
+/// known ones.
 double schedule_factor(const TrainingConfig& config, long step);
 
-/// Scales a gradient whose Euclidean norm is above `largest` down to it; 0: leaves it. Source: Pascanu et al. 2013.
+/// If the Euclidean norm of a gradient is above `largest`, scales the gradient to that norm. 0: no limit. Source:
+/// Pascanu et al. 2013.
 void clip(std::vector<float>& gradient, double largest);
 
-/// The optimiser of that name with its memory, which is saved with a checkpoint. Throws codegen::Error likewise.
+/// An optimiser with its memory, which a checkpoint stores. An unknown name throws codegen::Error, which lists the
+/// known ones.
 class Optimiser {
  public:
   Optimiser(const std::string& name, std::vector<ParameterGroup> groups);
@@ -55,7 +58,8 @@ class Optimiser {
 
   std::vector<float>& memory() { return memory_; }
 
-  /// First moments at zero: the next step has no momentum. Second moments stay, so that it is no longer than usual.
+  /// Sets the first moments to zero, so that the next step has no momentum. The second moments stay, so that it is no
+  /// longer than usual.
   void forget_direction();
 
  private:

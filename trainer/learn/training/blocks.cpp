@@ -33,7 +33,7 @@ std::vector<SampleSet> segment_ends(const Rollout& rollout) {
 void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
                   ThreadPool& pool) {
   blocks_.clear();
-  // All samples of all runs are the same in every step.
+  // With `all`, every step has the same samples: all samples of all runs.
   std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
   if (!all || samples.empty()) samples = draw_samples(experiment, rollout, step, all, pool);
   add(BlockKind::kRunning, samples);
@@ -42,7 +42,7 @@ void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long ste
   for (const SampleSet& set : samples) group_weights_.push_back(set.total_weight);
   total_weight_ = 0.0;
   for (const SampleSet& set : samples) total_weight_ += set.total_weight;
-  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
+  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, and no division by 0
   horizon_s_ = 1.0;
   const auto segments = static_cast<double>(rollout.segments().size());
   if (loss.reduction == Reduction::kIntegral) {

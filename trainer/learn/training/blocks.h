@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The samples that one evaluation of the cost visits, in blocks that a network takes at a time, and the share of a
-// sample of each kind in the cost: samples of the running cost, collocation points, ends of segments.
+// The samples at which one evaluation of the cost is computed, in blocks for a network, and the factor of each kind of
+// sample in the cost: samples of the running cost, collocation points, ends of segments.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ namespace nlo::trainer {
 
 enum class BlockKind { kRunning, kTerminal, kCollocation };
 
-/// Samples that are worked on at a time; of collocation points, which have no set, `first` and `count` alone.
+/// Samples that are computed together. For collocation points, which have no set, only `first` and `count` are valid.
 struct Block {
   BlockKind kind;
   SampleRange samples;
@@ -23,26 +23,27 @@ struct Block {
 
 class Blocks {
  public:
-  /// Draws the samples of a step from the roll-out, or takes all of them, and distributes them to these losses.
+  /// Draws the samples of a step from the roll-out, or takes all of them, and assigns them to these losses.
   void draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
             ThreadPool& pool);
 
   const std::vector<Block>& all() const { return blocks_; }
-  /// Index of the first terminal one; they are the last.
+  /// Returns the index of the first terminal block. Terminal blocks are the last ones.
   std::size_t first_terminal() const { return first_terminal_; }
 
-  /// The running cost becomes mean log(m + floor) over the groups, where m is a group's mean squared error: a run of
-  /// little noise then counts as much as one of much. Its gradient at a sample is 1 / (m + floor) of the mean's, so the
-  /// shares are set to that. Returns the difference between the cost and the sum of squares by these shares.
-  ///   squares  of each group: the sum of weighted squared errors
+  /// Makes the running cost mean log(m + floor) over the groups, where m is the mean squared error of a group: then a
+  /// run with little noise counts as much as a run with much noise. The gradient at a sample is 1 / (m + floor) times
+  /// that of the mean, and the shares are set to this factor. Returns the difference between the cost and the sum of
+  /// squares with these shares.
+  ///   squares  sum of weighted squared errors of each group
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 
-  double total_weight() const { return total_weight_; }    ///< total weight of the running samples
-  double horizon_s() const { return horizon_s_; }          ///< mean length of the segments for the integral, else 1
-  double running_share() const { return running_share_; }  ///< share of a sample with weight 1 in the running cost
-  /// Running share in a group, if groups count by the logarithm of their errors.
+  double total_weight() const { return total_weight_; }  ///< total weight of the running samples
+  double horizon_s() const { return horizon_s_; }  ///< mean length of the segments if the cost is an integral, else 1
+  double running_share() const { return running_share_; }  ///< factor of a sample with weight 1 in the running cost
+  /// Returns the running share in a group, if groups count by the logarithm of their errors.
   double running_share(int group) const { return running_share_ * shares_[static_cast<std::size_t>(group)]; }
-  double terminal_share() const { return terminal_share_; }  ///< share of a segment's end in the terminal cost
+  double terminal_share() const { return terminal_share_; }  ///< factor of the end of a segment in the terminal cost
 
  private:
   void add(BlockKind kind, const std::vector<SampleSet>& sets);

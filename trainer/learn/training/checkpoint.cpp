@@ -34,7 +34,7 @@ class Writer {
 
 struct Damaged {};
 
-/// Throws Damaged where the bytes end early.
+/// Reads the bytes of a checkpoint. Throws Damaged if they end early.
 class Reader {
  public:
   Reader(const std::string& text, std::size_t at, std::size_t end) : text_(text), at_(at), end_(end) {}
@@ -62,7 +62,7 @@ class Reader {
   std::size_t at_, end_;
 };
 
-/// One list of fields for both directions.
+/// Lists the fields once, for reading and for writing.
 template <class Archive, class State>
 void exchange(Archive& archive, State& state) {
   archive.value(state.step);
@@ -92,7 +92,7 @@ bool fits(const TrainingState& state, const CheckpointOwner& owner) {
                      [&](const MetricsRow& row) { return row.eigenvalues.size() == owner.eigenvalues; });
 }
 
-/// Conditions that every checkpoint written by a training satisfies.
+/// Checks conditions that every checkpoint written by a training satisfies.
 bool is_plausible(const TrainingState& state) {
   const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0.0; };
   std::int64_t before = -1;
@@ -184,7 +184,7 @@ std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs) {
 }
 
 bool has_checkpoint(const std::string& directory) {
-  std::error_code ignored;  // a name that is too long is said where the folder is made
+  std::error_code ignored;  // a name that is too long is reported where the folder is made
   return std::filesystem::exists(directory + "/checkpoint.bin", ignored);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The state from which a training run continues to the same bytes: parameters, the optimiser's memory, the average, the
-// best model so far and the metrics. Random numbers carry no state (random.h).
+// The state from which a training continues to the same bytes: parameters, the optimiser's memory, the average, the
+// best model so far and the metrics. Random numbers have no state (random.h).
 #pragma once
 
 #include <cstdint>
@@ -21,38 +21,39 @@ struct MetricsRow {
 };
 
 struct TrainingState {
-  std::int64_t step = 0;   ///< steps done
-  double elapsed_s = 0.0;  ///< over all sessions
+  std::int64_t step = 0;   ///< number of finished steps
+  double elapsed_s = 0.0;  ///< sum over all sessions
   double best_rmse = 0.0;  ///< error of `best` on the validation set
   std::vector<float> parameters, memory, average, best;
   std::vector<MetricsRow> metrics;
 };
 
-/// Which training a checkpoint has to belong to. A checksum tells a damaged file from a whole one, not a forged one:
-/// every size is compared with the experiment's before it is used.
+/// The training to which a checkpoint must belong. Its checksum detects a damaged file but not a forged one, so every
+/// size is compared with the experiment's before it is used.
 struct CheckpointOwner {
   std::uint64_t fingerprint = 0;  ///< hash of experiment and data
-  std::size_t parameters = 0;     ///< also of the average and of the best
-  std::size_t memory = 0;         ///< numbers that the optimiser keeps
-  std::size_t eigenvalues = 0;    ///< in each row of the metrics
+  std::size_t parameters = 0;     ///< number of parameters; the average and the best model have as many
+  std::size_t memory = 0;         ///< number of values that the optimiser stores
+  std::size_t eigenvalues = 0;    ///< number in each row of the metrics
   std::int64_t steps = 0;         ///< training.steps
 };
 
-/// Replaces the file atomically. `fingerprint` names experiment and data.
+/// Replaces the file atomically. `fingerprint` is the hash of experiment and data.
 void write_checkpoint(const TrainingState& state, std::uint64_t fingerprint, const std::string& path);
 
-/// Throws codegen::InputError when the file is damaged, from another version, of another experiment or data, or when
-/// more steps are done in it than are asked for. What it returns has the owner's sizes, a row of metrics or more, in
-/// the order of their steps, and a finite best; parameters may hold anything, for a training that diverged is kept too.
+/// Throws codegen::InputError if the file is damaged, has another version, belongs to another experiment or data, or
+/// has more finished steps than the experiment asks for. The result has the sizes of the owner, at least one row of
+/// metrics, rows in the order of their steps, and a finite best error. Its parameters may be any numbers, because a
+/// diverged training is kept, too.
 TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner);
 
-/// Whether a training can be resumed there: a folder's checkpoint.bin.
+/// Returns true if the folder has a checkpoint.bin, so that a training can be resumed there.
 bool has_checkpoint(const std::string& directory);
 
-/// metrics.csv: step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,...
+/// Returns metrics.csv: step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,...
 std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs);
 
-/// FNV-1a, 64 bit.
+/// Returns the hash by FNV-1a with 64 bits.
 std::uint64_t fingerprint(const void* data, std::size_t bytes, std::uint64_t start = 0xcbf29ce484222325ULL);
 
 }  // namespace nlo::trainer

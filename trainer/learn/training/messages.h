@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages of a training for people: its progress, and why it stopped.
+// Messages of a training for users: its progress, and the reason why it stopped.
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@
 
 namespace nlo::trainer {
 
-/// After a step of that loss.
-///   first_step  the steps done before this session
-///   session_s   how long this session has taken
+/// Returns the progress after a step with this loss.
+///   first_step  number of steps before this session
+///   session_s   duration of this session so far
 TrainProgress progress_of(const Experiment& experiment, const ObserverStructure& structure, const TrainingState& state,
                           double loss, long first_step, double session_s);
 
-/// Says that a training diverged at a step, and what to try. `what`: the observation, "the loss is inf".
+/// Returns a text which says that a training diverged at a step, and what to try. `what`: the observation, such as "the
+/// loss is inf".
 std::string divergence_message(const Experiment& experiment, const ObserverStructure& structure, long step,
                                const std::string& what);
 

@@ -14,7 +14,8 @@ namespace nlo::trainer {
 
 namespace {
 
-/// A network sees hardly anything of a feature whose bulk is this far below its extremes, and is thrown by those.
+/// If most values of a feature are this much smaller than its extremes, a network sees almost no change of the feature,
+/// and the extremes disturb it.
 constexpr double kFarBeyondScale = 50.0;
 
 std::string name_of(const ObserverStructure& structure, const std::vector<Channel>& readings, const Feature& feature) {
@@ -32,10 +33,11 @@ std::string name_of(const ObserverStructure& structure, const std::vector<Channe
   return fmt::format("the latent row {}{}", feature.latent + 1, reading.empty() ? "" : " less " + reading);
 }
 
-/// Returns the channel that is furthest from being below zero as often as above, as every channel of an odd plant is.
+/// Describes the channel whose mean is furthest from 0, if it is more than one deviation. The means of an odd plant are
+/// near 0.
 std::optional<std::string> off_centre(const Dataset& dataset) {
   std::string furthest;
-  double most = 1.0;  // means within one deviation prove nothing: a few runs need not be balanced
+  double most = 1.0;  // a mean within one deviation proves nothing, because a few runs need not be balanced
   const auto look_at = [&](const std::vector<Channel>& channels, Eigen::MatrixXd Trajectory::*signal,
                            const std::vector<bool>& odd, std::size_t first) {
     for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -93,10 +95,10 @@ std::string no_progress(const std::vector<MetricsRow>& metrics) {
   const MetricsRow &first = metrics.front(), &last = metrics.back();
   if (!improved(metrics))
     return fmt::format(
-        "training got nowhere: none of its {} steps has a lower validation error than the model it "
+        "training made no progress: none of its {} steps has a lower validation error than the model it "
         "started from ({:.3g}; now {:.3g}), which is the one that was kept",
         last.step, first.validation_rmse, last.validation_rmse);
-  // One loss is one draw of samples: several must agree.
+  // Each loss is from one draw of samples, so several losses must agree.
   constexpr std::size_t kFewest = 3;
   const auto late = std::find_if(metrics.begin(), metrics.end(),
                                  [&](const MetricsRow& row) { return 4 * row.step >= 3 * last.step; });
@@ -139,7 +141,7 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   constexpr int kFewSteps = 200;
   if (experiment.training.steps < kFewSteps)
     causes.push_back(fmt::format("{} steps may be too few", experiment.training.steps));
-  // Too high a rate makes the loss grow; then it comes before all that only slows training down.
+  // With too high a rate the loss grows. Then this cause comes before those that only make training slower.
   causes.insert(
       loss_grew(metrics) && largest.reach <= kFarBeyondScale ? causes.begin() : causes.end(),
       fmt::format("learning_rate = {} may be too high: try {}", shortest_text(experiment.training.learning_rate),

@@ -10,11 +10,11 @@
 namespace nlo::trainer {
 namespace {
 
-/// Blocks are shared out over a number of chunks that does not depend on the number of threads; each chunk has a
-/// gradient of its own, and these are added in order: the same bytes from any number of threads.
+/// Number of chunks of blocks. It does not depend on the number of threads. Each chunk has its own gradient, and these
+/// are added in order, so the result has the same bytes for any number of threads.
 constexpr int kChunks = 16;
 
-/// Share of a state's deviation; an error below it gains nothing more by its logarithm.
+/// As a share of a state's deviation. The logarithm hardly rewards errors below it.
 constexpr double kLogarithmFloor = 0.005;
 
 }  // namespace
@@ -66,7 +66,7 @@ Objective::Workspace::Workspace(const ObserverStructure& structure, const LossCo
   cotangent_z.resize(structure.latent_scale.size() * kRow);
 }
 
-/// The losses of x_hat at a block's samples; the running ones also tell the error.
+/// Evaluates the losses of x_hat at the samples of a block. The running losses also return the error.
 void Objective::estimate_losses(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
                                 bool backward) {
   EstimateBlock& estimate = workspace.estimate;
@@ -82,7 +82,8 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
   if (backward) estimate.backward(network, transposed_.data());
 }
 
-/// The losses of T at the samples, and those of the plant's equations unless they are asked for elsewhere.
+/// Evaluates the losses of T at the samples, and those of the plant's equations unless collocation points replace the
+/// samples.
 void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
   const bool equations = has_loss<EquationLoss>(*loss_) && data_->collocation.count == 0;
   const MapSamples<float> samples =
@@ -133,7 +134,7 @@ void Objective::prepare_networks(const float* network, const std::vector<double>
   });
 }
 
-/// Blocks [begin, end): their part of the loss, and of the gradients of T*, T and the eigenvalues.
+/// Evaluates blocks [begin, end): their part of the loss, and of the gradients of T*, T and the eigenvalues.
 void Objective::run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace,
                           ChunkResult& result, bool backward) {
   result.loss = 0.0;
@@ -152,7 +153,7 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
   for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
 }
 
-/// For a cost of logarithms: weighs the groups by their errors at these parameters, which takes an extra pass of T*.
+/// For a cost of logarithms: weights the groups by their errors at these parameters, for which T* runs once more.
 /// Returns the difference between the cost and the weighted squares.
 double Objective::share_by_logarithm(const float* network) {
   if (loss_->reduction != Reduction::kLogarithm) return 0.0;
@@ -183,7 +184,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
   prepare_networks(network, eigenvalues, backward);
   const double by_logarithm = share_by_logarithm(network);
-  // The end of a segment may be a running sample too: two threads must not add to its cotangent at a time.
+  // The end of a segment may also be a running sample. Two threads must not add to its cotangent at the same time.
   used_chunks_ = 0;
   const std::size_t ends = blocks_.first_terminal();
   for (const auto& [first, last] : {std::pair{std::size_t{0}, ends}, {ends, blocks_.all().size()}}) {
@@ -218,7 +219,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   return value;
 }
 
-/// Adds up the chunks' gradients of the networks, and the latent system's by its own backward pass.
+/// Adds the chunks' gradients of the networks, and the gradient of the latent system by its own backward pass.
 void Objective::add_gradients(const float* parameters, float* gradient) {
   std::fill(gradient, gradient + structure_->parameters(), 0.0F);
   const int dynamics_size = structure_->dynamics_parameters();

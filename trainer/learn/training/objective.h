@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The cost (9) of an observer over sampled trajectories, and its gradient: run the latent system over the segments, T*
-// and the loss terms over blocks of samples, and pull the cotangents of z back through the latent system. One route for
-// every structure, for full batches and random samples; these differ in which segments and ticks are drawn.
+// The cost (9) of an observer over sampled trajectories, and its gradient. It runs the latent system over the segments,
+// runs T* and the loss terms over blocks of samples, and propagates the cotangents of z back through the latent system.
+// The same code serves every structure, full batches and random samples. These differ only in the segments and ticks
+// that are drawn.
 #pragma once
 
 #include <memory>
@@ -20,36 +21,36 @@
 
 namespace nlo::trainer {
 
-/// The cost as it is minimised, and the state error as a root: in the states' units, or normalised where the loss is.
+/// The cost that is minimised, and the root mean square of the state error, normalised if the loss is.
 struct ObjectiveValue {
   double loss = 0.0;
   double rmse = 0.0;                    ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
-  std::vector<double> state_rmse = {};  ///< n_x, the same of each state
+  std::vector<double> state_rmse = {};  ///< n_x, the same for each state
 };
 
 class Objective {
  public:
-  /// `structure` may still be normalised, before the first evaluation. For the PDE residual the data must hold f: at
-  /// its samples or at collocation points.
+  /// `structure` may still be normalised before the first evaluation. The PDE residual needs f in the data, at samples
+  /// or at collocation points.
   Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
             ThreadPool& pool);
 
-  /// Loss and gradient at a step's own draw of segments, noise and ticks.
-  ///   gradient  n parameters, or null for the value alone
+  /// Returns the cost and its gradient for the segments, noise and ticks that this step draws.
+  ///   gradient  n parameters; null: only the value is computed
   ObjectiveValue evaluate(const float* parameters, long step, float* gradient);
 
-  /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call. Where the
-  /// loss is normalised, so is this: else the state of the largest unit alone would choose the model.
+  /// Returns sqrt(mean |x - x_hat|^2) over whole runs and all samples, with the same noise in every call. It is
+  /// normalised if the loss is. Otherwise the state with the largest values would decide alone which model is best.
   double validate(const float* parameters) { return validation(parameters).rmse; }
   ObjectiveValue validation(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
-  /// Rolls out the segments of flight_segments() at these parameters of the latent system, with noise. The result gives
-  /// the scales, the start of the linear path and the domain.
+  /// Rolls out the segments of flight_segments() with noise, with these parameters of the latent system. The scales,
+  /// the start of the linear path and the domain are computed from the result.
   const Rollout& roll_out_flight(const float* parameters);
   /// Rolls out the draw of training step `step`. No training step uses a negative number.
   const Rollout& roll_out_draw(const float* parameters, long step);
-  /// Rolls out the runs of validate(): whole runs, and again with each sensor missing that may fail.
+  /// Rolls out the runs of validate(): whole runs, then the same runs with each sensor missing that may fail.
   const Rollout& roll_out_runs(const float* parameters);
 
  private:
@@ -71,7 +72,7 @@ class Objective {
   void prepare(const float* parameters);
   void roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step);
 
-  /// Whether the losses drawn last train T.
+  /// Returns true if the latest losses train T.
   bool trains_maps() const { return structure_->forward_map && needs_forward_map(*loss_); }
   void prepare_networks(const float* network, const std::vector<double>& eigenvalues, bool backward);
   double share_by_logarithm(const float* network);
@@ -91,7 +92,7 @@ class Objective {
   const ObserverStructure* structure_;
   const TrainingData* data_;
   ThreadPool* pool_;
-  std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
+  std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use, because the structure is normalised before
   Rollout rollout_;
   const LossConfig* loss_ = nullptr;  ///< losses of the latest draw
   Blocks blocks_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Roll-outs outside of training steps: as in flight, as in a training step, of whole runs.
+// Roll-outs outside of training steps: of the flight segments, of the draw of a step, and of whole runs.
 #include "trainer/learn/training/objective.h"
 
 #include <utility>

@@ -20,8 +20,8 @@ std::vector<ParameterGroup> parameter_groups(const Experiment& experiment, const
   if (structure.latent.learned > 0)
     groups.push_back({structure.latent.learned, experiment.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
   add_network(structure.dynamics.shape, eigenvalue_rate);
-  // The linear path stays at its ridge regression while the features do not change: first-order steps on nearly
-  // collinear features lose the result of the regression (alpha_dot on the Qube: .073 -> .118 rad/s).
+  // If the features do not change, the linear path keeps its ridge regression. First-order steps on nearly collinear
+  // features would make it worse (alpha_dot on the Qube: .073 -> .118 rad/s).
   const bool fixed_features = !latent_system_learns(experiment, structure);
   add_network(structure.network, fixed_features ? 0.0 : config.learning_rate);
   if (structure.forward_map) add_network(*structure.forward_map, 0.0);

@@ -9,7 +9,8 @@
 
 namespace nlo::trainer {
 
-/// Rate and decay of each stretch of the parameters, in their order: eigenvalues, the latent system's network, T*, T.
+/// Returns the rate and the decay of each range of parameters in their order: eigenvalues, network of the latent
+/// system, T*, T.
 std::vector<ParameterGroup> parameter_groups(const Experiment& experiment, const ObserverStructure& structure);
 
 }  // namespace nlo::trainer

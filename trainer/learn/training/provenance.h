@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which run a model and a checkpoint belong to: the data and the experiment in a hash, and the facts a model keeps.
+// Identifies the run of a model or a checkpoint: a hash of data and experiment, and the facts that a model stores.
 #pragma once
 
 #include <cstdint>
@@ -13,23 +13,23 @@
 
 namespace nlo::trainer {
 
-/// Hash of a data set's numbers, on top of `hash`.
+/// Returns the hash of a data set's numbers, continued from `hash`.
 std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash);
 
-/// Hash of all data that a run trains on and chooses its model by: data_hash of a model's provenance.
+/// Returns the hash of all data that trains the model and selects it: data_hash of a model's provenance.
 std::uint64_t training_data_hash(const Dataset& training, const Dataset& validation);
 
-/// 16 hex digits.
+/// Returns 16 hex digits.
 std::string hex_text(std::uint64_t value);
 
-/// Hash of a run on data with that hash: of experiment and seed. A run may be resumed with another number of steps; any
-/// other change makes it another run.
+/// Returns the hash of a run from experiment, seed and the hash of its data. A run may be resumed with another number
+/// of steps; any other change makes it another run.
 std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_hash);
 
-/// Name of the fact about inputs that the observer is not given.
+/// Name of the fact that lists inputs which the observer does not read.
 inline constexpr const char* kIgnoredInputsFact = "ignored_inputs";
 
-/// The origin of a model: version, seed, data, steps and error; name and text of each.
+/// Returns name and text of each fact about the origin of a model: version, seed, data, steps and error.
 std::vector<std::pair<std::string, std::string>> run_facts(const Experiment& experiment, const Dataset& dataset,
                                                            std::uint64_t data_hash, const TrainingState& state,
                                                            double validation_rmse);

@@ -81,7 +81,7 @@ void RowInputs::append(const VectorXd& row, double mean, double deviation) {
 
 namespace {
 
-/// Ridges on the first `columns` of `u`, see row_candidates().
+/// Adds ridge regressions on the first `columns` of `u`, see row_candidates().
 void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const SampledTruth& training,
                 double settled_from, std::vector<RowCandidate>& result) {
   const auto add = [&](const auto& ridge) {

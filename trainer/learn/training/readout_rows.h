@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear rows that may ship in place of T*, and their errors beside its own, for the choice in shipped_model.cpp.
+// Linear rows that may replace T*, and their errors beside those of T*. shipped_model.cpp selects among them.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// The possible inputs of a linear row: the features of T*, then outputs and inputs themselves.
+/// The possible inputs of a linear row: the features of T*, then the outputs and inputs.
 class RowInputs {
  public:
   RowInputs(const codegen::Model& model, const SampledTruth& training);
@@ -22,11 +22,11 @@ class RowInputs {
   Eigen::Index all() const { return of_.rows(); }
   bool has_clocks() const { return !clocks_.empty(); }
   const std::vector<int>& readings() const { return readings_; }
-  /// The row that reads reading `j` alone, [intercept, columns].
+  /// Returns the row that only reads reading `j`, [intercept, columns].
   Eigen::VectorXd reading_alone(std::size_t index) const;
-  /// all() x N.
+  /// Returns the inputs of all samples, all() x N.
   Eigen::MatrixXd values(const SampledTruth& samples) const;
-  /// Makes the map read the readings too; no layer listens to them yet.
+  /// Makes the map read the readings, too. No layer uses them yet.
   void extend(codegen::Network& map) const;
 
  private:
@@ -56,21 +56,20 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
                                          const SampledTruth& training, double settled_from);
 inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 
-/// Squared errors of T* and of every candidate on the samples of one set, whose weights have a sum > 0.
+/// Returns squared errors of T* and of every candidate on the samples of one set, whose weights have a sum > 0.
 JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
                      const SampledTruth& samples, double settled_from);
 
-/// Samples of a set that rows are fitted on and judged by.
+/// Number of samples of a set that rows are fitted to and compared on.
 inline constexpr Eigen::Index kReadoutSamples = 150000;
 
-/// Squared errors on data that training has not seen, by rows that are fitted on `training`. Empty if no truth counts
-/// there.
+/// Returns squared errors on left-out data, for rows that are fitted to `training`. Empty if no truth counts there.
 JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
                            double settled_from);
 
-/// Writes the choice into T*: shares(i) of its last layer, and 1 - shares(i) of row i beside it.
-///   reads_more   a row reads more than the features of T*
-///   keep_hidden  T* keeps its hidden layers though no state uses them
+/// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i.
+///   reads_more   true: a row reads more than the features of T*
+///   keep_hidden  true: T* keeps its hidden layers even if no state uses them
 void write_readout(codegen::Network& map, const RowInputs& inputs, const Eigen::VectorXd& shares,
                    const Eigen::MatrixXd& rows, bool reads_more, bool keep_hidden);
 

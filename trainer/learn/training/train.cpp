@@ -99,7 +99,7 @@ class Training {
       const double factor = schedule_factor(config, state_.step);
       if (usable && !runs_away) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
       constrain(state_.parameters);
-      if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average
+      if (!eigenvalues_are_finite()) continue;  // diverged: leave it out of the average
       average();
       ++state_.step;
       const double elapsed_s = seconds_since(started);
@@ -139,7 +139,8 @@ class Training {
   std::string path(const char* file) const { return options_.directory + "/" + file; }
 
   void start() {
-    // The features' scales come from the initial latent system; they are part of the structure, not of the parameters.
+    // The scales of the features are computed with the initial latent system. They belong to the structure, not to the
+    // parameters.
     normalise_dynamics(structure_, training_data_, pool_);
     tune_constants(structure_, experiment_, training_data_, pool_);
     const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
@@ -162,7 +163,7 @@ class Training {
       return;
     }
     state_.parameters = state_.average = state_.best = initial;
-    // tanh hides NaN, so the features are checked, too.
+    // tanh turns infinities into finite values, so the features are checked, too.
     const bool finite = std::all_of(structure_.features.begin(), structure_.features.end(), [](const Feature& feature) {
       return std::isfinite(feature.mean) && std::isfinite(feature.scale);
     });
@@ -194,7 +195,7 @@ class Training {
     structure_of(experiment_.observer).constrain(structure_, parameters.data());
   }
 
-  /// Exponential average of the weights, with a short memory at first so that it soon forgets where it came from.
+  /// Exponential average of the weights. Its memory is short at first, so that it soon forgets the initial weights.
   void average() {
     const double ema = experiment_.training.ema;
     const auto t = static_cast<double>(state_.step);
@@ -215,7 +216,7 @@ class Training {
     }
   }
 
-  /// Returns true if a state is estimated worse than by the filter that the training began as. Such a model is not
+  /// Returns true if a state has a larger error than with the filter that training began with. Such a model is not
   /// kept.
   bool is_behind_start(const ObjectiveValue& validation) const {
     constexpr double kWorse = 1.02;
@@ -236,21 +237,22 @@ class Training {
 
   bool clips() const { return experiment_.training.gradient_clip > 0.0; }
 
-  /// Through a long time a gradient may overflow once in a while; where gradients are clipped such a step is left out.
+  /// Over a long time a gradient may overflow now and then. If gradients are clipped, such a step is left out.
   bool diverged(double loss, bool usable) const {
     if (!std::isfinite(loss)) return true;
     if (!usable && !clips()) return true;
     return loss > 1e6 * (1.0 + std::abs(state_.metrics.front().loss));  // one of logarithms may be below zero
   }
 
-  /// Whether the parameters have reached a region where small changes of them explode through time, so that gradients
-  /// are useless. Only for trainings that clip gradients.
+  /// Returns true if small changes of the parameters grow so fast through time that gradients are useless. Only for
+  /// trainings that clip gradients.
   bool ran_away(const ObjectiveValue& value) const {
     constexpr int kMostUnusable = 20;  // in a row
-    constexpr double kFar = 4.0;       // times the best validation error; noise makes a factor below 2
+    constexpr double kFar = 4.0;       // times the best validation error; noise alone makes a factor below 2
     if (!clips()) return false;
-    // Segments that begin anywhere have more of a transient than whole validation runs. An untrained observer, whose
-    // estimate is near constant, hardly shows it, so the best one is asked, too.
+    // Segments that begin anywhere contain more of a transient than whole validation runs. The estimates of an
+    // untrained observer are nearly constant and hardly show it, so the error is also compared with that of the best
+    // observer.
     const MetricsRow& first = state_.metrics.front();
     const MetricsRow& best = *std::ranges::min_element(state_.metrics, {}, &MetricsRow::validation_rmse);
     const double harder =
@@ -264,7 +266,7 @@ class Training {
     unusable_ = 0;
   }
 
-  /// Infinite ones have no discretisation: scaling and squaring would never end.
+  /// Infinite eigenvalues have no discretisation: scaling and squaring would never end.
   bool eigenvalues_are_finite() const {
     const std::vector<double> eigenvalues = structure_.eigenvalues_at(state_.parameters.data());
     return std::all_of(eigenvalues.begin(), eigenvalues.end(), [](double lambda) { return std::isfinite(lambda); });
@@ -286,15 +288,15 @@ class Training {
   const TrainOptions& options_;
   codegen::SensorFailures failures_;
   TrainingData training_data_;
-  std::optional<TrainingData> validation_data_;  ///< none: the training set also validates
+  std::optional<TrainingData> validation_data_;  ///< empty: the training set also validates
   ObserverStructure structure_;
   ThreadPool pool_;
   Objective objective_, validator_;
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
-  std::vector<double> start_rmse_;  ///< n_x, validation errors of the filter that training began as; empty: of none
-  int unusable_ = 0;                ///< gradients in a row that are not finite
+  std::vector<double> start_rmse_;  ///< n_x, validation errors of the filter that training began with; empty: no filter
+  int unusable_ = 0;                ///< number of gradients in a row that are not finite
   static constexpr int kMostReturns = 20;
 };
 

@@ -32,13 +32,13 @@ struct LeftOutLogs {
   Dataset logs;
 };
 
-/// How a training without a group of logs estimates the states of that group.
+/// Errors that a training has on a group of logs which was left out of it.
 struct LeftOutGroup {
-  JudgedSet squares;   ///< squared errors of T* as trained, and of the rows beside it
+  JudgedSet squares;   ///< squared errors of the trained T*, and of the rows beside it
   ErrorScores scores;  ///< scores of the shipped model's error head, if any
 };
 
-/// Facts for the provenance of the shipped model that only the caller knows; an empty text is left out.
+/// Facts for the provenance of the shipped model that only the caller knows. An empty text is left out.
 struct KnownFacts {
   std::string ignored_inputs;  ///< names of the plant's inputs that the observer is not given
   std::string input_delay;     ///< age of each input in flight; recorded if the model reads inputs
@@ -56,16 +56,16 @@ struct SplitError {
 };
 
 struct TrainOptions {
-  std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
-  bool resume = false;    ///< go on from the directory's checkpoint
+  std::string directory;  ///< folder of checkpoint.bin and metrics.csv; empty: nothing is written
+  bool resume = false;    ///< continue from the checkpoint of the directory
   std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
-  /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
+  /// Groups of logs that are left out of the training. TrainingResult::left_out has the errors on them.
   std::vector<LeftOutLogs> left_out = {};
-  /// Errors of such trainings: they choose the readouts (shipped_model.h) and set the size of its error head.
+  /// Errors of such trainings. They select the readouts (shipped_model.h) and set the size of the error head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
-  /// t_c [s] of TrainingResult::split and of the choice of readouts. 0: no split is asked for; the choice takes the t_c
+  /// t_c [s] of TrainingResult::split and of the choice of readouts. 0: no split is computed; the choice uses the t_c
   /// of the evaluation.
   double settled_from_s = 0.0;
 };
@@ -74,30 +74,32 @@ enum class TrainOutcome {
   kFinished,
   kInterrupted,
   kDiverged,    ///< stopped early: a number was not finite, or the loss grew without bounds
-  kClosedForm,  ///< ran to its end; the closed form that it started from is best, and nothing failed: no_progress.h
-  kNoProgress,  ///< ran to its end and got nowhere: see no_progress.h
-  kBelowFloor   ///< ran to its end, and a state is worse than something simple: see readout.h
+  kClosedForm,  ///< ran to its end; nothing failed, and the closed form that it started from is best: see no_progress.h
+  kNoProgress,  ///< ran to its end without improving its start: see no_progress.h
+  kBelowFloor   ///< ran to its end, but a state has a larger error than a simple estimate: see readout.h
 };
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
-  /// The training succeeded: not interrupted, diverged, without progress or below the floor.
+  /// Returns true if the training succeeded: it was not interrupted, did not diverge, made progress, and no state is
+  /// below the floor.
   bool succeeded() const { return outcome == TrainOutcome::kFinished || outcome == TrainOutcome::kClosedForm; }
-  codegen::Model model;    ///< the model with the lowest validation error so far
-  Readout readout;         ///< the readouts of its states, and the alternatives
-  std::size_t groups = 0;  ///< number of groups, left out of other trainings, that chose `readout`; 0: its own data did
+  codegen::Model model;                ///< the model with the lowest validation error so far
+  Readout readout;                     ///< the readouts of its states, and the alternatives
+  std::size_t groups = 0;              ///< number of left-out groups that selected `readout`; 0: its own data did
   std::vector<LeftOutGroup> left_out;  ///< results on TrainOptions::left_out, without groups that have no truth
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< error of `model`
-  SplitError split;              ///< errors of `model`, if TrainOptions::settled_from_s asks for them
+  SplitError split;              ///< errors of `model`, if TrainOptions::settled_from_s is set
   std::string message;           ///< if the outcome is not kFinished: the reason and the remedy
-  int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
+  int returns = 0;  ///< number of times that training ran away and continued from its best model (if gradients are
+                    ///< clipped)
 };
 
-/// Trains on `training`; picks the model by its error on `validation` (with the training noise).
-/// Throws codegen::Error when the experiment cannot be trained, e.g. on no trajectories.
+/// Trains on `training` and selects the model by its error on `validation` (with the training noise). Throws
+/// codegen::Error if the experiment cannot be trained, for example on no trajectories.
 TrainingResult train(const Experiment& experiment, const Dataset& training, const Dataset& validation,
                      const TrainOptions& options);
 

@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Whole runs, spread over the data, and the segments of a draw that no step of the training makes.
+/// Returns whole runs, spread over the data, and the segments of a draw that no step of the training uses.
 std::vector<Segment> tuning_segments(const Experiment& experiment, const TrainingData& data) {
   constexpr std::ptrdiff_t kMostSamples = 1 << 17;
   constexpr long kNoStep = -1;
@@ -62,14 +62,14 @@ class Tuning {
     }
   }
 
-  /// The structure with its constants times 10^log10.
+  /// Returns the structure with its constants multiplied by 10^log10.
   ObserverStructure with(const VectorXd& log10) const {
     ObserverStructure changed = structure_;
     structure_.module->multiply_constants(changed, Eigen::pow(10.0, log10.array()).matrix());
     return changed;
   }
 
-  /// RMSE of the estimates; NaN if one is not finite.
+  /// Returns the RMSE of the estimates, or NaN if one is not finite.
   double rmse(const VectorXd& log10) const {
     const ObserverStructure tried = with(log10);
     const auto dynamics = make_dynamics(experiment_, tried, data_.steps_s, pool_.threads());

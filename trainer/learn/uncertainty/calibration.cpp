@@ -11,7 +11,7 @@ double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& w
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values(a) < values(b); });
-  // Sums of many weights round: the last value is the largest quantile for any sum.
+  // Sums of many weights have rounding errors, so the last value must be the largest quantile for any sum.
   constexpr double kRounding = 1e-12;
   const double wanted = p * weights.sum() * (1.0 - kRounding);
   double below = 0.0;
@@ -31,7 +31,7 @@ ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& sam
 }
 
 void calibrate(codegen::ErrorHead& head, const std::vector<ErrorScores>& sets) {
-  constexpr double kLeast = 1e-3, kMost = 1e3;  // limits of a model file
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // limits in a model file
   const auto count = static_cast<Eigen::Index>(sets.size());
   for (Eigen::Index i = 0; i < head.factor_68.size(); ++i) {
     const auto factor = [&](double p) {

@@ -18,7 +18,7 @@ VectorXd log_deviations(const MatrixXd& features, const VectorXd& parameters) {
   return (features.transpose() * parameters.head(n)).array() + parameters(n);
 }
 
-/// r^2 exp(-2 s), N.
+/// Returns r^2 exp(-2 s), N.
 VectorXd scaled_squares(const VectorXd& squares, const VectorXd& s) {
   return squares.array() * (-2.0 * s.array()).exp();
 }

@@ -14,7 +14,7 @@ struct DeviationLikelihood {
   Eigen::MatrixXd hessian;   ///< n + 1 x n + 1
 };
 
-/// l and its derivatives at `parameters`, n + 1.
+/// Returns l and its derivatives at `parameters`, n + 1.
 ///   features  n x N
 ///   squares   N, r^2, none of them zero
 ///   weights   N, >= 0, not all zero
@@ -22,11 +22,12 @@ DeviationLikelihood deviation_likelihood(const Eigen::MatrixXd& features, const 
                                          const Eigen::VectorXd& weights, const Eigen::VectorXd& parameters,
                                          double ridge);
 
-/// l alone.
+/// Returns l only.
 double deviation_cost(const Eigen::MatrixXd& features, const Eigen::VectorXd& squares, const Eigen::VectorXd& weights,
                       const Eigen::VectorXd& parameters, double ridge);
 
-/// Its minimum, from the one standard deviation of all errors (W = 0), by Newton steps that are halved until l falls.
+/// Returns the minimum of l. Newton steps, halved until l falls, start from one standard deviation for all errors (W =
+/// 0).
 Eigen::VectorXd most_likely_deviation(const Eigen::MatrixXd& features, const Eigen::VectorXd& squares,
                                       const Eigen::VectorXd& weights, double ridge);
 

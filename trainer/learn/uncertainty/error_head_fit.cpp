@@ -16,14 +16,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Ridges for weights on features of unit deviation, against a likelihood of order 1. Logs are few and alike, so a head
-// that follows each of their details is wrong on the next log.
+// Ridges for the weights of features with unit deviation, where the likelihood is of order 1. Logs are few and similar,
+// so a head that fits all their details is wrong on the next log.
 constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1.0};
-// No error counts as smaller than this share of their root mean square: exact ones have no likelihood.
+// Smaller errors count as this share of their root mean square, because errors of zero have no likelihood.
 constexpr double kSmallestError = 1e-4;
 constexpr double kMostLog = 50.0;  // largest |log sigma|, within the limits of a model file
 
-/// Features of unit deviation, and their origin.
+/// Features with unit deviation, and the shift and scale that made them.
 struct Standardised {
   VectorXd mean, scale;
   MatrixXd features;  ///< n x N
@@ -31,19 +31,19 @@ struct Standardised {
   Standardised(const MatrixXd& all, const VectorXd& share) : mean(all * share), features(all.colwise() - mean) {
     scale = (features.cwiseAbs2() * share).cwiseSqrt();
     for (double& value : scale)
-      if (!(value > 1e-6)) value = 1.0;  // a feature that stands still
+      if (!(value > 1e-6)) value = 1.0;  // a constant feature
     features = (scale.cwiseInverse().asDiagonal() * features).eval();
   }
 };
 
-/// r^2 of state i and a little: exact errors have no likelihood.
+/// Returns r^2 of state i plus a small number, because errors of zero have no likelihood.
 VectorXd squares_of(const ErrorSamples& samples, const VectorXd& weights, Index i) {
   const VectorXd squares = samples.errors.row(i).cwiseAbs2();
   const double power = std::max(weights.dot(squares) / weights.sum(), 1e-30);
   return squares.array() + kSmallestError * kSmallestError * power;
 }
 
-/// Row i of the head, from parameters of standardised features.
+/// Sets row i of the head from parameters for standardised features.
 void set_row(codegen::ErrorHead& head, Index i, const Standardised& x, const VectorXd& parameters,
              const VectorXd& weights, double largest_error) {
   const Index n = x.scale.size();
@@ -62,7 +62,7 @@ void set_row(codegen::ErrorHead& head, Index i, const Standardised& x, const Vec
   head.log_max(i) = high;
 }
 
-/// Minus the log likelihood of state i, per weight.
+/// Returns minus the log likelihood of state i, divided by the sum of the weights.
 double cost_of(const codegen::ErrorHead& head, const ErrorSamples& samples, const VectorXd& weights, Index i) {
   const VectorXd sigma = deviations_everywhere(head, samples).row(i);
   const VectorXd squares = squares_of(samples, weights, i);

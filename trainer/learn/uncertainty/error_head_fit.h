@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The error head of a trained T* (codegen/model/error_head_parameters.h), which T* does not notice.
+// Fits the error head of a trained T* (codegen/model/error_head_parameters.h). T* itself does not change.
 #pragma once
 
 #include "codegen/model/error_head_parameters.h"
@@ -7,9 +7,10 @@
 
 namespace nlo::trainer {
 
-/// W and b of the largest likelihood (deviation_likelihood.h) on `training`, by the ridge whose head is the likeliest
-/// on `validation`; the range of log sigma over `training`, no larger than the largest error there; the factors of a
-/// normal distribution, 1 and 1.96. Samples outside of the domain do not count: there sigma is the largest.
+/// Fits W and b by the largest likelihood (deviation_likelihood.h) on `training`. Of several ridges, uses the one with
+/// the largest likelihood on `validation`. The range of log sigma is its range over `training`, at most the largest
+/// error there. The factors are those of a normal distribution, 1 and 1.96. Samples outside of the domain do not count,
+/// because there sigma is set to its largest value.
 codegen::ErrorHead fit_error_head(const ErrorSamples& training, const ErrorSamples& validation);
 
 }  // namespace nlo::trainer

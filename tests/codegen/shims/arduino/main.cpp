@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A sketch as a program: SKETCH names it.
+// Runs a sketch as a program. SKETCH is its file.
 #include <Arduino.h>
 #include SKETCH
 

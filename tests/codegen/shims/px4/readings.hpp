@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// In place of the user's: the golden readings.
+// Golden readings instead of the user's.
 #pragma once
 
 #define JOIN_(a, b) a##b

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: MIT
-// Included at the end of an S-function, as Simulink's own file is: what runs it.
+// Included at the end of an S-function, like Simulink's own file. It runs the S-function.
 #include "tests/codegen/shims/simulink/run_sfunction.h"

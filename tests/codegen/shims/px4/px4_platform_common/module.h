@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// As much of PX4 as an exported module uses: a module that is started, run and stopped by hand.
+// The part of PX4 that an exported module uses: a module that is started, run and stopped by a test.
 #pragma once
 
 #include <stdint.h>
