@@ -29,12 +29,12 @@ import numpy as np
 
 FAULTS_OF_A_LOG = 8
 REGULARISATION = 1e-4  # of variances that are 1
-MOST = 50.0  # a squared row counts as this at most: one outlier is forgotten within the average
+MOST = 50.0  # limit of a squared row, so that the average soon forgets one outlier
 TEMPERATURES = ("25degC", "10degC", "0degC", "n10degC")
 
 
 class Observer:
-    """z and T* of a model file, in double."""
+    """Computes z and T* of a model file in double."""
 
     def __init__(self, file):
         m = json.loads(pathlib.Path(file).read_text())
@@ -67,7 +67,7 @@ class Observer:
         return np.concatenate([pairs.reshape(*modes.shape[:-1], -1), modes[..., self.pairs:].real], -1)
 
     def run(self, step, readings, truth):
-        """What the observer has at each sample; `step` 0: one period."""
+        """Returns the values of the observer at each sample. `step` 0: one period."""
         r = np.clip(readings, self.low, self.high)
         z = self.first + (-(self.f / self.modes[:, None]) @ r[0] if self.steady else 0)
         states = [z]
@@ -99,7 +99,7 @@ class Observer:
 
 
 def logs(nlo, observer, model, files, scratch):
-    """Runs over log files, from what `nlo evaluate --estimates` writes; its estimates are the control."""
+    """Reads runs over log files that `nlo evaluate --estimates` writes, and checks our estimates against its own."""
     runs = []
     for file in files:
         out = pathlib.Path(tempfile.mkdtemp(dir=scratch), "run.csv")
@@ -139,7 +139,8 @@ def all_of(runs, key):
 
 
 def distance(key, training, count, over=None):
-    """Sum of squares of `count` directions, the largest var(over) / var(training); least variance without `over`."""
+    """Returns the sum of squares of `count` directions with the largest var(over) / var(training), or with the least
+    variance without `over`."""
     x = all_of(training, key)
     mean, deviation = x.mean(0), x.std(0) + 1e-9
     normal = lambda a: (a - mean) / deviation
@@ -161,7 +162,7 @@ def held(score, observer):
 
 
 def splits(logs_folder):
-    """name, experiment, training and validation files, unseen: name -> files, dead: name -> (files, column, change)"""
+    """Yields name, experiment, training and validation files, unseen: name -> files, dead: name -> (files, column, change)."""
     files = lambda rig, pattern: [f for f in sorted(logs_folder.glob(f"{rig}/*.csv")) if re.search(pattern, f.name)]
     car, circles = lambda p: files("car", p), r"rubber_(0|1[0-5])"
     dead = {"encoder 0": (car(r"rubber_17|free_02"), 3, lambda y: 0 * y)}

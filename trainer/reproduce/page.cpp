@@ -49,7 +49,7 @@ Counts count(const Result& result) {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Columns of the smallest number of a row, in bold as in the paper.
+/// Returns the columns with the smallest number of a row, which are bold as in the paper.
 template <class Number>
 std::vector<bool> smallest(const std::vector<Cell>& row, const Number& number) {
   double best = kInfinity;
@@ -78,7 +78,7 @@ std::string paper_html(const Cell& cell, bool compare, bool bold) {
   return html + "</div>";
 }
 
-/// The table in one reading.
+/// Returns the table for one way to compute the errors.
 std::string table_html(const ComparisonTable& table, const std::string& title, std::vector<double> Cell::*values,
                        bool compare) {
   std::string html = fmt::format("<h3>{}</h3>\n<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">{}</th>",
@@ -98,7 +98,7 @@ std::string table_html(const ComparisonTable& table, const std::string& title, s
   return html + "</tbody></table></div>\n";
 }
 
-/// Both readings side by side: a table without a number of the paper.
+/// Returns a table without numbers of the paper, with both ways to compute the errors.
 std::string plain_table_html(const ComparisonTable& table) {
   std::string html =
       fmt::format("<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">{}</th>", escaped(table.corner));
@@ -138,7 +138,7 @@ std::string tables_html(const Section& section) {
   return html;
 }
 
-/// Every marked cell with its explanation.
+/// Returns every marked cell with its explanation.
 std::string explanations_html(const Section& section, bool quick) {
   std::string html;
   for (const ComparisonTable& table : section.tables)
@@ -168,7 +168,7 @@ std::string marks_html(const std::vector<bool>& held) {
   return html;
 }
 
-/// A row per claim, a column per reading, a mark per seed.
+/// Returns a row for each claim, a column for each way to compute the errors, and a mark for each seed.
 std::string orderings_html(const Section& section) {
   if (section.orderings.empty()) return "";
   std::vector<std::string> claims, readings;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// reproduction.html: every section with the paper's numbers beside ours.
+// Writes reproduction.html: every section compares the paper's numbers with ours.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace nlo::trainer::reproduction {
 
-/// One self-contained page: no link to a file, a script or the network.
+/// Returns a self-contained page, without links to files, scripts or the network.
 std::string page_html(const Request& request, const Result& result, const Workbench& bench,
                       const std::string& gnuplot = "gnuplot");
 
-/// The numbers in short, for a terminal.
+/// Returns a short text of the numbers for a terminal.
 std::string summary_text(const Result& result);
 
 }  // namespace nlo::trainer::reproduction

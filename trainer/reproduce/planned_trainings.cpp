@@ -25,14 +25,14 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-// Measured: floating-point operations of the network's forward and backward pass, and samples of one latent filtered
-// forwards and backwards with their noise.
+// Measured: floating-point operations per second in the forward and backward pass of a network, and seconds for the
+// forward and backward pass of the filter over one sample with its noise.
 constexpr double kFlopsPerSecond = 5e10, kSecondsPerFilteredSample = 4e-9;
 constexpr double kSecondsPerStepOnLogs = 0.01;
 constexpr double kFlopsPerWeight = 6.0;                          // forwards once, backwards twice
 constexpr double kFlopsPerSecondInSteps = 1e10, kOverhead = 40;  // small networks inside Runge-Kutta stages
 
-/// Number of weights of the hidden layers; the last layer is small.
+/// Returns the number of weights of the hidden layers. The last layer is small.
 double weights(double inputs, const std::vector<int>& hidden) {
   double count = 0.0;
   for (const int width : hidden) {
@@ -42,7 +42,7 @@ double weights(double inputs, const std::vector<int>& hidden) {
   return count;
 }
 
-/// Without validation logs the training logs choose the step, as in nlo train.
+/// Without validation logs, the training logs select the step, as in nlo train.
 TrainingSets logged_sets(const DraftExperiment& draft, const std::string& folder) {
   const Experiment experiment = draft.complete ? draft.experiment : experiment_for_data(draft);
   LogSplits splits = load_log_splits(*experiment.log, folder, mirrored_channels(experiment));
@@ -50,7 +50,7 @@ TrainingSets logged_sets(const DraftExperiment& draft, const std::string& folder
   return {std::move(splits.train), std::move(splits.validation)};
 }
 
-/// The experiment with all that its draft leaves out.
+/// Returns the experiment with all keys that its draft leaves out.
 Experiment completed(const DraftExperiment& draft, const TrainingSets& sets) {
   return draft.complete ? draft.experiment : derive_recipe(draft, sets.training, sets.validation).experiment;
 }

@@ -17,12 +17,12 @@ namespace {
 
 struct Interrupted {};
 
-/// Time of an item's analysis at this size [s], from its time in full size.
+/// Returns the time of an item's analysis at this size [s], from its time at full size.
 double analysis_cost_s(const Item& item, const Request& request) {
   return item.analysis_s * request.seeds / 3.0 * request.size.test_trajectories / kFullSize.test_trajectories;
 }
 
-/// Empty if nothing is missing.
+/// Returns a sentence about missing logs; empty if none are missing.
 std::string no_logs(const Item& item, const std::string& data) {
   if (item.logs.empty()) return "";
   if (data.empty()) return fmt::format("{} needs logs: name the folder that holds {}/ by --data", item.name, item.logs);

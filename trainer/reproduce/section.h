@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The result of an item of the paper: numbers beside the paper's, figures, and claims with whether they hold. Data
-// only; page.cpp turns it into HTML and CSV.
+// The result of an item of the paper: numbers beside the paper's, figures, and claims that hold or not. It only has
+// data; page.cpp turns it into HTML and CSV.
 #pragma once
 
 #include <cstddef>
@@ -20,12 +20,13 @@ struct Spread {
   double mean = 0.0, deviation = 0.0;
 };
 
-/// Mean and spread of values over training seeds; NaN without values.
+/// Returns mean and spread of values over training seeds; NaN without values.
 Spread spread(const std::vector<double>& values);
 
-/// One number of the paper in both readings of the measurement protocol, one value per training seed.
+/// One number of the paper, computed in both ways that its measurement protocol may mean, with one value per training
+/// seed.
 ///   strict      norm = sqrt(mean |x - x_hat|^2), one noise draw per sample
-///   paper_like  norm / RMS|x|, a fresh noise draw at every Runge-Kutta stage
+///   paper_like  norm / RMS|x|, a new noise draw at every Runge-Kutta stage
 struct Cell {
   std::optional<double> paper;
   std::vector<double> strict, paper_like;
@@ -38,13 +39,13 @@ struct ComparisonTable {
   std::vector<std::vector<Cell>> cells;  ///< rows x columns
 };
 
-/// A claim about the numbers, looked at seed by seed.
+/// A claim about the numbers, checked for each seed.
 struct Ordering {
   std::string claim, reading;
-  std::vector<bool> held;  ///< one per seed
+  std::vector<bool> held;  ///< for each seed: true if the claim holds
 };
 
-/// `holds` is asked about each of `seeds` seeds.
+/// Calls `holds` for each of `seeds` seeds.
 template <class Holds>
 Ordering per_seed(std::string claim, std::size_t seeds, const Holds& holds, std::string reading = "strict") {
   Ordering ordering{std::move(claim), std::move(reading), {}};
@@ -52,13 +53,13 @@ Ordering per_seed(std::string claim, std::size_t seeds, const Holds& holds, std:
   return ordering;
 }
 
-/// The strict error of `cell` is at most `limit`; it is less than that of another.
+/// Claims that the strict error of `cell` is at most `limit`, or less than that of another cell.
 Ordering at_most(std::string claim, const Cell& cell, double limit);
 Ordering better(std::string claim, const Cell& cell, const Cell& than);
 
-/// Why a cell is not near the paper's number.
+/// The reason why a cell differs from the paper's number.
 struct Explanation {
-  std::string row, column, text;  ///< an empty row or column stands for all
+  std::string row, column, text;  ///< an empty row or column means all
 };
 
 struct Section {
@@ -69,16 +70,16 @@ struct Section {
   std::vector<Figure> figures;
   std::vector<Ordering> orderings;
   std::vector<Explanation> explanations;
-  std::string csv;  ///< the data of the figures; empty when there are none
+  std::string csv;  ///< data of the figures; empty if there are none
 };
 
-/// How far a paper-like mean may lie from the paper's number before the cell is marked.
+/// A paper-like mean may differ from the paper's number by this share before the cell is marked.
 constexpr double kTolerance = 0.35;
 
-/// mean / paper - 1 of the paper-like values; empty without a number of the paper.
+/// Returns mean / paper - 1 of the paper-like values; empty without a number of the paper.
 std::optional<double> deviation_from_paper(const Cell& cell);
 
-/// Whether the cell is to be marked.
+/// Returns true if the cell is to be marked.
 bool is_outside(const Cell& cell);
 
 }  // namespace nlo::trainer::reproduction

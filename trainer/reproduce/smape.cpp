@@ -6,7 +6,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// 200 error / size; 0 where both are exactly 0.
+/// Returns 200 error / size, or 0 if both are exactly 0.
 double percentage(double error, double size) {
   return size == 0.0 ? 0.0 : 200.0 * error / size;
 }
