@@ -20,8 +20,9 @@ namespace nlo::codegen {
 
 /// Over the names of the states, of the inputs and of the parameters.
 struct EquationTexts {
-  std::vector<std::string> derivative, outputs;  ///< n_x and n_y expressions
+  std::vector<std::string> derivative, outputs;  ///< one expression for each state, n_y expressions
   std::vector<std::pair<std::string, double>> parameters = {};
+  std::vector<std::string> unestimated = {};  ///< states of the plant that no x_hat has; they follow those that it has
 };
 
 /// x, no further than the states' range and a little: RK4 overflows from where no plant has been.

@@ -10,6 +10,7 @@
 //         outputs that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p])
+// x has the n_x estimated states, then the plant's states that are not estimated; below, n_s is the number of both.
 // [x; p] is limited to [state_min, state_max]. z = [m; x; p], p: the upper triangle of P, row by row.
 #pragma once
 
@@ -22,10 +23,10 @@ struct Prior {
   EquationTexts equations;
   Eigen::VectorXd state_min, state_max;       ///< limits of [x; p], a little beyond the states' range
   Eigen::VectorXd fine, coarse;               ///< n_y, innovations at which s is 1/2
-  Eigen::VectorXd state_noise, output_noise;  ///< variances at c_q = 0 (n_x, per sample period) and c_r = 0 (n_y)
+  Eigen::VectorXd state_noise, output_noise;  ///< variances at c_q = 0 (n_s, per sample period) and c_r = 0 (n_y)
   Network gates;                              ///< [m; w] -> [a_s; a_g]: one layer
   Network candidate;                          ///< [g m; w] -> n_m, before the tanh: one layer
-  Network correction;                         ///< [m; w] -> n_x (n_y + 2) + n_y: one layer
+  Network correction;                         ///< [m; w] -> n_s (n_y + 2) + n_y: one layer
   Network inverse_map;                        ///< T*: z or [z; y] -> x_hat
 };
 

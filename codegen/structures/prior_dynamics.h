@@ -14,7 +14,10 @@
 namespace nlo::codegen {
 
 inline Equations prior_equations(const Model& m) {
-  return {own_part<Prior>(m).equations, m.states, m.inputs};
+  const EquationTexts& texts = own_part<Prior>(m).equations;
+  std::vector<Channel> states = m.states;
+  for (const std::string& name : texts.unestimated) states.push_back({name, ""});
+  return {texts, states, m.inputs};
 }
 
 template <class Scalar>

@@ -20,18 +20,23 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+/// Returns n_s, the number of states that the equations step.
+int stepped_by(const Model& m) {
+  return m.nx() + static_cast<int>(own_part<Prior>(m).equations.unestimated.size());
+}
+
 /// Returns the number of entries of w.
 Index reads_of_units(const Model& m) {
-  return 2 * m.ny() + m.nr() + m.nx();
+  return 2 * m.ny() + m.nr() + stepped_by(m);
 }
 
 /// Returns the size of [x; p].
 int carried_by(const Model& m) {
-  return m.nx() + triangle_size(m.nx());
+  return stepped_by(m) + triangle_size(stepped_by(m));
 }
 
 int corrections_of(const Model& m) {
-  return m.nx() * (m.ny() + 2) + m.ny();
+  return stepped_by(m) * (m.ny() + 2) + m.ny();
 }
 
 class PriorHeader final : public CppStructureBase {
@@ -54,6 +59,9 @@ class PriorHeader final : public CppStructureBase {
     std::string text =
         "/// The plant's known equations: d[x; p]/dt of dx/dt = f(x, u) and its covariance; y = h(x) and "
         "dh/dx.\nstruct Equations {\n";
+    if (stepped_ > nx_)
+      text += fmt::format("  static constexpr int kStates = {};  ///< the estimated ones, then {}\n", stepped_,
+                          fmt::join(own_.equations.unestimated, ", "));
     const auto function = [&](const std::string& head, const std::string& lines) {
       text += "  static constexpr void " + head + " {\n" + lines + "  }\n";
     };
@@ -63,7 +71,7 @@ class PriorHeader final : public CppStructureBase {
     function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar,
                          nz_ - units_),
              lines.derivative());
-    function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + nx_)), lines.output());
+    function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + stepped_)), lines.output());
     return text + "};\n";
   }
   std::string model_type() const override {
@@ -86,15 +94,16 @@ class PriorHeader final : public CppStructureBase {
   Index step_multiply_adds() const override {
     constexpr Index kRk4 = 8;  // operations per state: three intermediate slopes, their weighted sum, the step
     const Index equations = kRk4 * (nz_ - units_) + equations_.count(&Expression::operations);
-    const Index update = ny_ * (nx_ * nx_ + 4 * nx_ + triangle_size(static_cast<int>(nx_))) + 2 * nx_;
-    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ +
+    const Index update =
+        ny_ * (stepped_ * stepped_ + 4 * stepped_ + triangle_size(static_cast<int>(stepped_))) + 2 * stepped_;
+    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + stepped_ * ny_ +
            equations + update;
   }
   /// Counts squashed innovations and the functions of the equations, too.
   Index step_activations() const override {
-    return 3 * units_ + 3 * ny_ + nx_ + equations_.count(&Expression::functions);
+    return 3 * units_ + 3 * ny_ + stepped_ + equations_.count(&Expression::functions);
   }
-  Index own_scalars() const override { return nz_ + 2 * (nz_ - units_) + nx_ + 3 * ny_ + 1; }  // stale_after
+  Index own_scalars() const override { return nz_ + 2 * (nz_ - units_) + stepped_ + 3 * ny_ + 1; }  // stale_after
 
  private:
   std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
@@ -104,6 +113,7 @@ class PriorHeader final : public CppStructureBase {
 
   const Prior& own_;
   Equations equations_;
+  Index stepped_ = equations_.nx();  ///< n_s
   Index units_ = nz_ - equations_.carried();
 };
 
@@ -115,8 +125,21 @@ VectorXd largest_carried(const Prior& own) {
 VectorXd largest_reads(const Model& m, const Prior& own) {
   const Index units = m.nz() - carried_by(m);
   VectorXd largest(units + reads_of_units(m));
-  largest << VectorXd::Ones(units + 2 * m.ny()), largest_readings(m), largest_carried(own).head(m.nx());
+  largest << VectorXd::Ones(units + 2 * m.ny()), largest_readings(m), largest_carried(own).head(stepped_by(m));
   return largest;
+}
+
+void check_unestimated(const Model& m, const EquationTexts& texts) {
+  std::vector<std::string> taken;
+  for (const auto* channels : {&m.states, &m.inputs})
+    for (const Channel& channel : *channels) taken.push_back(channel.name);
+  for (std::size_t i = 0; i < texts.unestimated.size(); ++i) {
+    const std::string& name = texts.unestimated[i];
+    if (!is_identifier(name)) fail("equations.unestimated[{}] is not an identifier", i);
+    if (std::ranges::find(taken, name) != taken.end())
+      fail("equations.unestimated[{}] is \"{}\", which another state or an input is called, too; rename it", i, name);
+    taken.push_back(name);
+  }
 }
 
 void check_parameters(const EquationTexts& texts) {
@@ -160,11 +183,12 @@ class PriorModule final : public StructureModule {
   }
   void read(const Field& file, Model& m) const override {
     const Field equations = file["equations"], parameters = equations["parameters"];
-    equations.allow_only({"derivative", "outputs", "parameters"});
+    equations.allow_only({"derivative", "outputs", "parameters", "unestimated"});
     EquationTexts known{texts(equations["derivative"]), texts(equations["outputs"])};
     parameters.expect(parameters.value.is_object(), "an object of numbers");
     for (const auto& [name, value] : parameters.value.items())
       known.parameters.emplace_back(name, number({value, parameters.path + "." + name}));
+    if (equations.has("unestimated")) known.unestimated = texts(equations["unestimated"]);
     m.structure = Prior{
         std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),    vector(file["fine"]),
         vector(file["coarse"]),     vector(file["state_noise"]), vector(file["output_noise"]), network(file["gates"]),
@@ -179,6 +203,7 @@ class PriorModule final : public StructureModule {
     for (const auto& [name, value] : own.equations.parameters)
       parameters += (parameters.empty() ? "" : ", ") + json_text(name) + ": " + literal(value);
     equations.field("parameters", "{" + parameters + "}");
+    if (!own.equations.unestimated.empty()) equations.field("unestimated", json_texts(own.equations.unestimated));
     file.field("equations", equations.text());
     file.vector("state_min", own.state_min);
     file.vector("state_max", own.state_max);
@@ -197,19 +222,20 @@ class PriorModule final : public StructureModule {
     const int carried = carried_by(m), units = m.nz() - carried;
     if (units < 1)
       fail("there are {} latent states; there must be more than {}, for {} states and their covariance", m.nz(),
-           carried, m.nx());
+           carried, stepped_by(m));
     check_parameters(own.equations);
+    check_unestimated(m, own.equations);
     const Equations equations = prior_equations(m);
     if (equations.ny() != m.ny())
       fail("equations.outputs has {} expressions, and there are {} outputs; give one for each", equations.ny(), m.ny());
-    check_shape(own.state_min, carried, "state_min", "n_x and the covariance");
-    check_shape(own.state_max, carried, "state_max", "n_x and the covariance");
+    check_shape(own.state_min, carried, "state_min", "n_s and the covariance");
+    check_shape(own.state_max, carried, "state_max", "n_s and the covariance");
     check_range(own.state_min, own.state_max, "state");
     for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
       check_shape(*limit, m.ny(), field, "n_y");
       check_positive(*limit, field);
     }
-    check_shape(own.state_noise, m.nx(), "state_noise", "n_x");
+    check_shape(own.state_noise, stepped_by(m), "state_noise", "n_s");
     check_positive(own.state_noise, "state_noise");
     check_shape(own.output_noise, m.ny(), "output_noise", "n_y");
     check_positive(own.output_noise, "output_noise");
@@ -256,6 +282,7 @@ class PriorModule final : public StructureModule {
     const Prior& own = own_part<Prior>(source.model);
     const Initialiser& init = source.init;
     const Equations equations = prior_equations(source.model);
+    const bool more = equations.nx() > source.model.nx();
     const EquationLines lines(equations, init, "  ", [](const std::string& product) { return "(" + product + ")"; });
     return {{"LATENT", "c99/prior.c.in"},
             {"DECAYS", "true"},
@@ -266,6 +293,8 @@ class PriorModule final : public StructureModule {
             {"ARRIVED", ", arrived"},
             {"STEP_DT_COST",
              "Some 200 operations a unit more than a sample period, and the equations once for each period"},
+            {"MORE_STATES", more ? std::to_string(equations.nx()) : ""},
+            {"STEPPED", more ? "kStates" : "kNx"},
             {"UNITS", std::to_string(source.model.nz() - carried_by(source.model))},
             {"INPUTS", std::to_string(source.model.inputs.size())},
             {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},

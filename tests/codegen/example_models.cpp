@@ -694,6 +694,19 @@ Model prior_functions_model() {
   return with_domain(m);
 }
 
+Model prior_unestimated_model() {
+  Model m = prior_functions_model();
+  m.name = "prior_unestimated";
+  m.states = {m.states[1]};
+  Prior& own = std::get<Prior>(m.structure);
+  own.equations.unestimated = {"x1"};
+  std::swap(own.equations.derivative[0], own.equations.derivative[1]);
+  own.state_min = Eigen::VectorXd{{-4.0, -2.5, 1e-9, -8.0, 1e-9}};
+  own.state_max = Eigen::VectorXd{{3.5, 2.5, 8.0, 8.0, 8.0}};
+  own.inverse_map = random_network({12, 8, 1}, 95, 1.2);
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), gated_model(), driven_model(), carried_model(), prior_model()};
 }
@@ -759,7 +772,8 @@ std::vector<Model> example_models() {
                                commanded_gated_model(),
                                failing_gated_model(),
                                contracting_gated_model(),
-                               prior_functions_model()};
+                               prior_functions_model(),
+                               prior_unestimated_model()};
   for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);
   return models;

@@ -93,6 +93,8 @@ Model carried_model();
 Model prior_model();
 /// A model with equations that use every function and a division.
 Model prior_functions_model();
+/// The model before, of which x2 alone is estimated.
+Model prior_unestimated_model();
 
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
 Model large_model();

@@ -144,6 +144,8 @@ TEST(PlantChannels, AreTheEstimatedStatesInTheirOrder) {
   const Eigen::MatrixXd own = data.trajectories[1].states;
   rate.apply(data);
   EXPECT_EQ(data.trajectories[1].states, own.row(1));
+  EXPECT_EQ(data.trajectories[1].unestimated, own.row(0)) << "a prior steps it, too";
+  EXPECT_EQ(data.trajectories[1].from(2).unestimated, own.row(0).rightCols(own.cols() - 2));
   config.estimated = {"omega", "theta"};
   const PlantChannels swapped(config, *make_plant(config));
   EXPECT_FALSE(swapped.plain());

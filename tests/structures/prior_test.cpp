@@ -3,6 +3,7 @@
 // roll-outs against flight.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -14,6 +15,7 @@
 #include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/training_testing.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/learn/training/train.h"
@@ -301,6 +303,9 @@ TEST(Prior, StepsTheEquationsBesideLogs) {
   EXPECT_NE(refused(kLogged, "output_names = [\"y\"]", "output_names = [\"x\"]").find("[plant]"), std::string::npos);
   EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("has no input \"w\""), std::string::npos)
       << "simulated runs need every input";
+  EXPECT_NE(refused(kLogged, "states = [\"v\"]", "states = [\"v\"]\nestimated = [\"v\"]")
+                .find("[plant] estimated leaves out"),
+            std::string::npos);
 }
 
 // Fails if the model with the least error over all states is kept although one state has become worse.
@@ -401,6 +406,77 @@ TEST(Prior, StaysANumberWhereTheRootOfThePlantHasNone) {
   const auto run = codegen::ReferenceObserver<float>(model).run(low, {}, time_s, true);
   EXPECT_TRUE(run.x_hat.allFinite());
   EXPECT_LT(run.x_hat.minCoeff(), 0.0) << "control: the estimate fell below 0";
+}
+
+/// A spring with friction and a load that nothing drives; its position is measured.
+Experiment loaded_spring(const std::string& estimated, const std::string& training) {
+  Experiment experiment = parse_experiment(
+      "name = \"spring\"\n[plant]\nstates = [\"position\", \"velocity\", \"load\"]\n"
+      "derivative = [\"velocity\", \"-4 * position - 0.2 * velocity + load\", \"0\"]\noutputs = [\"position\"]\n" +
+          estimated +
+          "[simulation]\nhorizon_s = 6\nsample_period_s = 0.05\ntrajectories = 40\ninitial_low = [-1.0, -1.0, -1.0]\n"
+          "initial_high = [1.0, 1.0, 1.0]\n[observer]\nstructure = \"prior\"\nunits = 3\n[inverse_map]\n"
+          "hidden = [8]\nlinear_path = true\n[training]\nnoise = \"gaussian:0.1\"\n" +
+          training,
+      "spring.toml");
+  experiment.threads = 1;
+  return experiment;
+}
+
+/// Root mean square of the error of `state` over the validation runs, under the same noise for every model.
+double error_under_noise(const codegen::Model& model, const Dataset& data, const char* state) {
+  const auto row = [state](const std::vector<Channel>& states) {
+    return std::ranges::find(states, std::string(state), &Channel::name) - states.begin();
+  };
+  double squares = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
+    const Trajectory& run = data.trajectories[i];
+    const Eigen::MatrixXd y = MeasurementNoise(parse_noise("gaussian:0.1"), 1, i).on(run.outputs, {});
+    const Eigen::MatrixXd x_hat = codegen::ReferenceObserver<double>(model).run(y, {}, run.time_s, true).x_hat;
+    squares += (x_hat.row(row(model.states)) - run.states.row(row(data.states))).squaredNorm();
+    count += static_cast<double>(run.samples());
+  }
+  return std::sqrt(squares / count);
+}
+
+TEST(Prior, StepsStatesThatItDoesNotEstimate) {
+  const std::string none = "steps = 0\n";
+  const Experiment some = loaded_spring("estimated = [\"load\", \"velocity\"]\n", none), all = loaded_spring("", none);
+  const TrainingSets sets = simulate_training_sets(some), full = simulate_training_sets(all);
+  ASSERT_EQ(sets.training.states.size(), 2U);
+  const codegen::Model model = train(some, sets.training, sets.validation, {}).model;
+  const codegen::Model whole = train(all, full.training, full.validation, {}).model;
+  const auto& prior = std::get<codegen::Prior>(model.structure);
+  EXPECT_EQ(prior.equations.unestimated, std::vector<std::string>{"position"});
+  EXPECT_EQ(prior.equations.derivative,
+            (std::vector<std::string>{"0", "-4 * position - 0.2 * velocity + load", "velocity"}));
+  ASSERT_EQ(model.nz(), whole.nz()) << "three units, three states and the triangle of their covariance";
+  // Both are the tuned filter. One was tuned for two states, the other for three.
+  for (const char* state : {"velocity", "load"})
+    EXPECT_LT(error_under_noise(model, sets.validation, state), 1.03 * error_under_noise(whole, full.validation, state))
+        << state;
+  const std::string text = codegen::to_json(model);
+  EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
+  const auto refused = [&](const std::string& name) {
+    std::string changed = text;
+    const std::string from = "\"unestimated\": [\"position\"]";
+    changed.replace(changed.find(from), from.size(), "\"unestimated\": [\"" + name + "\"]");
+    return thrown_message([&] { codegen::parse_model(changed, "model.json"); });
+  };
+  EXPECT_NE(refused("load").find("equations.unestimated[0] is \"load\""), std::string::npos);
+  EXPECT_NE(refused("1x").find("equations.unestimated[0] is not an identifier"), std::string::npos);
+}
+
+TEST(Prior, TrainingEqualsFlightWithStatesThatItDoesNotEstimate) {
+  Experiment experiment =
+      loaded_spring("estimated = [\"velocity\"]\n",
+                    "steps = 40\nlearning_rate = 0.01\ntrajectories_per_step = 8\nsamples_per_step = 600\n");
+  experiment.training.noise = {};
+  const TrainingSets sets = simulate_training_sets(experiment);
+  const TrainingResult result = train(experiment, sets.training, sets.validation, {});
+  EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, sets.validation),
+              1e-3 * result.validation_rmse)
+      << "as above";
 }
 
 }  // namespace

@@ -19,8 +19,8 @@ struct Rival {
 /// Keys of the draft keep their values. Left out are
 ///   - all, if the draft chooses the structure or gives a key of [observer] that only a linear latent system has
 ///   - gated units, if a plant is simulated without noise: they lose accuracy to keep noise out
-///   - each structure whose own checks refuse the experiment: a prior needs equations, all states, and no angle
-///     besides sines and cosines
+///   - each structure whose own checks refuse the experiment: a prior needs equations, and no angle besides sines and
+///     cosines
 /// A prior is not tried on a plant that is simulated exactly. It would be ahead of all others, and lose most where the
 /// real plant differs: with parameters 20 % off, a pendulum's error was 0.72, and that of a KKL observer 0.23.
 ///   length_s  length of a run [s]

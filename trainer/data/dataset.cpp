@@ -22,6 +22,7 @@ Trajectory Trajectory::from(Eigen::Index first, Eigen::Index every) const {
   result.first_estimate = (std::max<Eigen::Index>(0, first_estimate - first) + every - 1) / every;
   result.derivatives = part(derivatives);
   result.inputs = part(inputs);
+  result.unestimated = part(unestimated);
   result.missing = part(missing);
   return result;
 }

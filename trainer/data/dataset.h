@@ -29,6 +29,7 @@ struct Trajectory {
   Eigen::Index first_estimate = 0;
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x), if the PDE residual needs it; else 0 x 0
   Eigen::MatrixXd inputs = {};       ///< n_u x N, excitation of the plant; 0 x 0 without inputs
+  Eigen::MatrixXd unestimated = {};  ///< rows x N, states of a simulated plant that nobody estimates; else 0 x 0
   /// n_y x N: true if the log has no measurement (an empty cell); `outputs` then holds the last one. 0 x 0: all are
   /// measured.
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> missing = {};

@@ -86,6 +86,9 @@ PlantChannels::PlantChannels(const PlantConfig& config, const Plant& plant)
     for (std::size_t i = 0; i < plant.states().size(); ++i) estimated.push_back(i);
   check_even(config.even, plant);
   for (const std::size_t i : estimated) add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i]);
+  for (std::size_t i = 0; i < plant.states().size(); ++i)
+    if (std::ranges::find(estimated, i) == estimated.end())
+      add(unestimated_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i]);
   for (std::size_t j = 0; j < plant.outputs().size(); ++j)
     add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j]);
   states_.plain = states_.plain && static_cast<Eigen::Index>(estimated.size()) == plant_states_ &&
@@ -156,6 +159,7 @@ void PlantChannels::apply(Dataset& dataset) const {
   if (plain()) return;
   for (Trajectory& run : dataset.trajectories) {
     if (run.derivatives.size() > 0) run.derivatives = derivatives(run.states, run.derivatives);
+    if (!unestimated_.sources.empty()) run.unestimated = encoded(unestimated_, run.states);
     run.states = encoded(states_, run.states);
     run.outputs = encoded(outputs_, run.outputs);
   }

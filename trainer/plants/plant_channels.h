@@ -53,7 +53,7 @@ class PlantChannels {
   /// Returns d/dt of the channels for states x with derivatives f.
   Eigen::MatrixXd derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const;
 
-  Side states_, outputs_;
+  Side states_, outputs_, unestimated_;
   Eigen::Index plant_states_ = 0, plant_outputs_ = 0;
 };
 

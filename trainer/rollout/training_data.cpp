@@ -96,6 +96,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
       run.readings.insert(run.readings.end(), inputs.begin(), inputs.end());
     }
     run.states = row_major(trajectory.states);
+    run.unestimated = row_major(trajectory.unestimated);
     run.derivatives = row_major(trajectory.derivatives);
     run.weight.assign(static_cast<std::size_t>(run.samples), 1.0F);
     for (int k = 0; k < trajectory.weight.size(); ++k) {

@@ -25,6 +25,7 @@ struct TrainingData {
     std::vector<float> readings;     ///< n_r x samples: outputs, then the inputs that the observer reads
     std::vector<std::uint8_t> held;  ///< n_y x samples: 1 if an output was not measured; empty: all were measured
     std::vector<float> states;       ///< n_x x samples
+    std::vector<float> unestimated;  ///< rows x samples, see Trajectory
     std::vector<float> weight;       ///< samples
     std::vector<float> derivatives;  ///< n_x x samples, f(x); only for the PDE residual
   };

@@ -49,6 +49,17 @@ std::string with_defined_roots(std::string text) {
   return done + text;
 }
 
+/// Places of the estimated states, then those of the others.
+std::vector<std::size_t> estimated_first(const PlantConfig& plant) {
+  std::vector<std::size_t> order;
+  const auto is_new = [&order](std::size_t i) { return std::ranges::find(order, i) == order.end(); };
+  for (const std::string& name : plant.estimated)
+    order.push_back(static_cast<std::size_t>(std::ranges::find(plant.states, name) - plant.states.begin()));
+  for (std::size_t i = 0; i < plant.states.size(); ++i)
+    if (is_new(i)) order.push_back(i);
+  return order;
+}
+
 }  // namespace
 
 bool has_unwrapped_angle(const PlantConfig& plant) {
@@ -75,7 +86,9 @@ KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, cons
     }
     return with_defined_roots(text);
   };
-  for (std::size_t i = 0; i < plant.states.size(); ++i) {
+  const std::vector<std::size_t> order = estimated_first(plant);
+  for (std::size_t place = 0; place < order.size(); ++place) {
+    const std::size_t i = order[place], before = known.states.size();
     std::string f = plant.derivative[i];
     for (std::size_t j = 0; reads_inputs && i < plant.input_field.size() && j < plant.inputs.size(); ++j)
       if (const std::string& g = plant.input_field[i][j]; g != "0")
@@ -92,6 +105,8 @@ KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, cons
       known.texts.derivative.push_back(f);
       known.on_circle.push_back(false);
     }
+    if (plant.estimated.empty() || place < plant.estimated.size()) continue;
+    for (std::size_t k = before; k < known.states.size(); ++k) known.texts.unestimated.push_back(known.states[k].name);
   }
   for (std::size_t j = 0; j < plant.outputs.size(); ++j) {
     const std::string name = j < plant.output_names.size() ? plant.output_names[j] : "";

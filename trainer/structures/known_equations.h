@@ -13,8 +13,9 @@ namespace nlo::trainer {
 
 struct KnownEquations {
   codegen::EquationTexts texts;
-  std::vector<codegen::Channel> states, outputs, inputs;
-  std::vector<bool> on_circle;  ///< n_x: the sine or cosine of an angle
+  std::vector<codegen::Channel> states;  ///< the estimated ones in their order, then the others in that of the plant
+  std::vector<codegen::Channel> outputs, inputs;
+  std::vector<bool> on_circle;  ///< one for each state: the sine or cosine of an angle
 };
 
 /// An angle that wraps and is not encoded as its sine and cosine, or not in radians.

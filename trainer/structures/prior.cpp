@@ -56,8 +56,10 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
            "[observer] structure \"prior\" takes the equations of [plant], and there are logs alone; add what is "
            "known, or take another structure");
   const PlantConfig& plant = *known_plant(experiment);
-  if (!plant.estimated.empty())
-    refuse("plant.estimated", "[plant] estimated is of observers without a prior, which steps all states; remove it");
+  if (experiment.known && !plant.estimated.empty())
+    refuse("plant.estimated",
+           "[plant] estimated leaves out states, and beside logs a prior is trained on logs with all states of the "
+           "plant; remove it, and give each state a column");
   if (has_unwrapped_angle(plant))
     refuse(
         "observer.structure",
@@ -103,7 +105,7 @@ class PriorStructure final : public TrainableStructure {
 
   bool adopt(Experiment& experiment, double) const override {
     const PlantConfig* plant = known_plant(experiment);
-    if (plant == nullptr || !plant->estimated.empty() || has_unwrapped_angle(*plant)) return false;
+    if (plant == nullptr || has_unwrapped_angle(*plant)) return false;
     experiment.observer = plain_observer_of(name(), experiment.observer);
     experiment.inverse_map.hidden = {16};
     experiment.inverse_map.linear_path = true;
@@ -128,6 +130,7 @@ class PriorStructure final : public TrainableStructure {
     PriorSetting& own = structure.own.set<PriorSetting>();
     own.equations = codegen::Equations(known.texts, known.states, known.inputs);
     own.on_circle = known.on_circle;
+    own.unestimated = static_cast<int>(known.texts.unestimated.size());
     own.units = experiment.observer.own.get<UnitSettings>().units;
     own.readings = structure.readings;
     own.inputs = structure.inputs;
@@ -138,7 +141,7 @@ class PriorStructure final : public TrainableStructure {
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
                                           3 * own.units + own.corrections(), false);
     // T* does not read the covariance, which on other logs than those of the training is elsewhere.
-    for (int row = 0; row < own.units + own.nx(); ++row) structure.features.push_back({.latent = row});
+    for (int row = 0; row < own.units + own.estimated(); ++row) structure.features.push_back({.latent = row});
     if (experiment.observer.features == FeatureSet::kLatent) return;
     for (int j = 0; j < structure.readings; ++j)
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});

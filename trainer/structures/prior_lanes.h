@@ -20,18 +20,20 @@ namespace nlo::trainer {
 struct PriorSetting {
   codegen::Equations equations;
   int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
+  int unestimated = 0;                            ///< the last states of the equations, which T* does not read
   bool commands = false;                          ///< the input of a sample has acted since the one before
   bool noisy = false;                             ///< training adds noise to the sensors
   bool whole_runs = false;                        ///< every segment of the training begins where its run does
   double period_s = 0.0;                          ///< unit of rates
-  std::vector<bool> on_circle;                    ///< n_x: the sine or cosine of an angle
+  std::vector<bool> on_circle;                    ///< n_s: the sine or cosine of an angle
   std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept
   std::vector<double> fine, coarse;               ///< n_y, of s(nu)
-  std::vector<double> state_noise, output_noise;  ///< n_x, n_y: variances where c is 0
+  std::vector<double> state_noise, output_noise;  ///< n_s, n_y: variances where c is 0
   std::vector<double> scale;                      ///< scale of the correction's outputs
   Normalisation read;                             ///< of w
 
-  int nx() const { return equations.nx(); }
+  int nx() const { return equations.nx(); }  ///< n_s
+  int estimated() const { return nx() - unestimated; }
   int ny() const { return equations.ny(); }
   int reads() const { return 2 * ny() + readings + nx(); }  ///< n_w
   int carried() const { return equations.carried(); }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -31,6 +32,14 @@ std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> Traini
   return ranges;
 }
 
+/// Returns state i of a run at sample k: an estimated one, or one behind them.
+double state_at(const PriorSetting& own, const TrainingData::Run& run, std::size_t i, int k) {
+  const auto estimated = static_cast<std::size_t>(own.estimated()), samples = static_cast<std::size_t>(run.samples),
+             at = static_cast<std::size_t>(k);
+  return static_cast<double>(i < estimated ? run.states[i * samples + at]
+                                           : run.unestimated[(i - estimated) * samples + at]);
+}
+
 /// Mean and variance of each state where segments begin (prior_start.h).
 std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data, const std::vector<Range>& states) {
   constexpr std::size_t kEnough = 16;  // runs
@@ -39,8 +48,7 @@ std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data
     starts.push_back(states[i].moments);
     if (!own.whole_runs || data.runs.size() < kEnough) continue;
     starts[i] = {};
-    for (const TrainingData::Run& run : data.runs)
-      starts[i].add(static_cast<double>(run.states[i * static_cast<std::size_t>(run.samples)]), 1.0);
+    for (const TrainingData::Run& run : data.runs) starts[i].add(state_at(own, run, i, 0), 1.0);
   }
   return starts;
 }
@@ -66,7 +74,7 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
     for (int k = 0; k < run.samples; ++k) {
       if (sample++ % every != 0 || run.weight[static_cast<std::size_t>(k)] == 0.0F) continue;
       std::vector<double> x(static_cast<std::size_t>(own.carried())), y(ny * (1 + nx));
-      for (std::size_t i = 0; i < nx; ++i) x[i] = at(run.states, i, k);
+      for (std::size_t i = 0; i < nx; ++i) x[i] = state_at(own, run, i, k);
       own.equations.output(x.data(), y.data());
       for (std::size_t j = 0; j < ny; ++j) add(outputs[j], at(run.readings, j, k) - y[j]);
       if (k + 1 >= run.samples || run.weight[static_cast<std::size_t>(k) + 1] == 0.0F) continue;
@@ -81,7 +89,7 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
         }
       });
       const double share = std::sqrt(own.period_s / step_s);  // a variance grows with time
-      for (std::size_t i = 0; i < nx; ++i) add(states[i], share * (at(run.states, i, k + 1) - x[i]));
+      for (std::size_t i = 0; i < nx; ++i) add(states[i], share * (state_at(own, run, i, k + 1) - x[i]));
     }
   }
   LeftOver left;
@@ -104,7 +112,8 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   own.period_s = data.sample_period_s;
   const int nx = own.nx(), ny = own.ny();
   const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
-  const std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, nx);
+  std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, own.estimated());
+  std::ranges::copy(ranges_of(data, &TrainingData::Run::unestimated, own.unestimated), std::back_inserter(states));
   const std::vector<Moments> starts = starts_of(own, data, states);
   const auto scale_of = [](const Range& range) { return static_cast<double>(safe_scale(range.moments.deviation())); };
   Normalisation& read = own.read;

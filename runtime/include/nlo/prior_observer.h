@@ -10,6 +10,7 @@
 //         that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p]),   z = [m; x; p],   p: the upper triangle of P
+// x has the n_x estimated states, then the plant's states that are not estimated: n_s states.
 // x and p are limited to a range from which no step overflows. Therefore one outlier cannot move x to where f was never
 // evaluated. Stalenesses are read beside y.
 #pragma once
@@ -46,23 +47,29 @@ struct PriorModel {
   using Correction = Correction_;
   using InverseMap = InverseMap_;
   static constexpr int kNx = kNx_;
+  static constexpr int kStates = [] {  ///< n_s
+    if constexpr (requires { Equations::kStates; })
+      return int{Equations::kStates};
+    else
+      return kNx_;
+  }();
   static constexpr int kNy = kNy_;
-  static constexpr int kUnits = kUnits_;                     ///< n_m
-  static constexpr int kCarried = kNx + triangle_size(kNx);  ///< [x; p]
+  static constexpr int kUnits = kUnits_;                             ///< n_m
+  static constexpr int kCarried = kStates + triangle_size(kStates);  ///< [x; p]
   static constexpr int kNz = kUnits + kCarried;
   static constexpr int kNu = kNu_;
-  static constexpr int kNf = kNf_;                    ///< outputs that may be missing
-  static constexpr int kNr = kNy + kNu + kNf;         ///< readings: outputs, inputs, stalenesses of the kNf outputs
-  static constexpr int kReads = 2 * kNy + kNr + kNx;  ///< n_w
+  static constexpr int kNf = kNf_;                        ///< outputs that may be missing
+  static constexpr int kNr = kNy + kNu + kNf;             ///< readings: outputs, inputs, stalenesses of the kNf outputs
+  static constexpr int kReads = 2 * kNy + kNr + kStates;  ///< n_w
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = false;
   static constexpr bool kReadsArrivals = true;  ///< start() and advance() are told which outputs have arrived
-  static_assert(kNx > 0 && kNy > 0 && kUnits > 0 && kNu >= 0);
+  static_assert(kNx > 0 && kStates >= kNx && kNy > 0 && kUnits > 0 && kNu >= 0);
   static_assert(Gates::kIn == kUnits + kReads && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
   static_assert(Candidate::kIn == kUnits + kReads && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
-  static constexpr int kCorrections = kNx * (kNy + 2) + kNy;  ///< [K; b; c_q; c_r]
+  static constexpr int kCorrections = kStates * (kNy + 2) + kNy;  ///< [K; b; c_q; c_r]
   static_assert(Correction::kIn == kUnits + kReads && Correction::kOut == kCorrections, "[m; w] to K, b, c_q and c_r");
   static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
@@ -72,7 +79,7 @@ struct PriorModel {
   Scalar initial[kNz];                              ///< [m; x; p] before the first measurement
   Scalar state_min[kCarried], state_max[kCarried];  ///< limits of [x; p]
   Scalar fine[kNy], coarse[kNy];                    ///< innovations at which s is 1/2
-  Scalar state_noise[kNx], output_noise[kNy];       ///< variances at c_q = 0 (per sample period) and c_r = 0
+  Scalar state_noise[kStates], output_noise[kNy];   ///< variances at c_q = 0 (per sample period) and c_r = 0
   ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;
   Gates gates;             ///< layer that computes [a_s; a_g]
@@ -151,7 +158,7 @@ struct PriorModel {
     constexpr int kIn = kUnits + kReads;
     LayerBuffer<Scalar, kIn> in;
     GateBuffers<Scalar, kUnits> between;
-    Scalar m[kUnits], expected[kNy * (1 + kNx)], nu[kNy], gain[kCorrections];
+    Scalar m[kUnits], expected[kNy * (1 + kStates)], nu[kNy], gain[kCorrections];
     Scalar *const w = &in.values[kUnits], *const x = &z[kUnits];
     for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
     Equations::output(x, expected);
@@ -162,24 +169,24 @@ struct PriorModel {
       w[kNy + j] = nu[j] / (coarse[j] + size);
     }
     for (int r = 0; r < kNr; ++r) w[2 * kNy + r] = y[r];
-    for (int i = 0; i < kNx; ++i) w[2 * kNy + kNr + i] = x[i];
+    for (int i = 0; i < kStates; ++i) w[2 * kNy + kNr + i] = x[i];
     for (int i = kIn; i < kernels::padded(kIn); ++i) in.values[i] = Scalar(0);
     kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
                                                between.targets(), m, periods);
     for (int r = 0; r < kUnits; ++r) in.values[r] = z[r] = m[r];
     correction.template evaluate<kArithmetic>(in.values, gain);
-    const Scalar *const drift = &gain[kNx * kNy], *const noise = drift + kNx;
-    Scalar change[kNx]{}, *const p = x + kNx;
-    for (int i = 0; i < kNx; ++i) {
+    const Scalar *const drift = &gain[kStates * kNy], *const noise = drift + kStates;
+    Scalar change[kStates]{}, *const p = x + kStates;
+    for (int i = 0; i < kStates; ++i) {
       Scalar q = rounded<Scalar>(state_noise[i] * noise_of<kArithmetic>(noise[i]));
       if constexpr (!kRegular) q = rounded<Scalar>(q * periods);
-      p[in_triangle(kNx, i, i)] += q;
+      p[in_triangle(kStates, i, i)] += q;
     }
     for (int j = 0; j < kNy; ++j)
-      take_output<kArithmetic>(&expected[kNy + j * kNx], nu[j],
-                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kNx + j])), arrived[j],
+      take_output<kArithmetic>(&expected[kNy + j * kStates], nu[j],
+                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kStates + j])), arrived[j],
                                change, p);
-    for (int i = 0; i < kNx; ++i) {
+    for (int i = 0; i < kStates; ++i) {
       Scalar learned = drift[i];
       for (int j = 0; j < kNy; ++j) learned = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], learned);
       x[i] += change[i] + learned;
