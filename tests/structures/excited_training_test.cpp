@@ -26,7 +26,7 @@ Experiment integrator(bool excited, const std::vector<std::string>& changes = {}
           "[simulation]\nhorizon_s = 15.0\nsample_period_s = 0.05\ntrajectories = 12\ninitial_low = [-1.0, -1.0]\n"
           "initial_high = [1.0, 1.0]\n[observer]\neigenvalues = [-2.0, -3.0, -5.0]\nlearn_eigenvalues = false\n"
           "features = \"latent_and_output\"\n[inverse_map]\nhidden = [12]\nlinear_path = true\nridge = "
-          "1e-9\n[training]\n"
+          "1e-9\nreadout = \"settled\"\n[training]\n"
           "steps = 300\nlearning_rate = 3e-3\ntrajectories_per_step = 8\nsamples_per_step = 400\n",
       "pushed_mass.toml", changes);
   experiment.threads = 1;
