@@ -113,7 +113,7 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
             file, column.name, with_kind(column.unit), with_kind(channel->unit)));
       case UnitsAre::kUnknown:
         notes.push_back(
-            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units has not both, and nothing "
+            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units does not have both, and nothing "
                         "converts; write scale and offset where they differ",
                         column.name, with_kind(column.unit), with_kind(channel->unit)));
         break;
