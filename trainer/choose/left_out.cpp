@@ -52,25 +52,32 @@ void forget(const std::string& directory) {
 
 }  // namespace
 
+DealtLogs deal_logs(const Experiment& experiment, const Dataset& training, std::size_t most_folds) {
+  std::set<std::string> files;
+  for (const Trajectory& run : training.trajectories) files.insert(run.log);
+  DealtLogs dealt;
+  dealt.groups = log_groups({files.begin(), files.end()}, experiment.validation.groups, "[validation] groups");
+  dealt.folds = std::min(dealt.groups.size(), most_folds);
+  dealt.fold_of = deal_groups(dealt.groups, dealt.folds);
+  return dealt;
+}
+
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training) {
   const ValidationConfig& validation = experiment.validation;
   if (!experiment.log || validation.folds == 0 || !is_chosen(experiment.inverse_map.readout)) return {};
-  std::set<std::string> files;
-  for (const Trajectory& run : training.trajectories) files.insert(run.log);
-  const std::vector<LogGroup> groups =
-      log_groups({files.begin(), files.end()}, validation.groups, "[validation] groups");
+  const auto [groups, fold_of, count] =
+      deal_logs(experiment, training, static_cast<std::size_t>(std::max(validation.folds, 2)));
   if (groups.size() < kFewestGroups) return {};
-  const std::size_t count = std::min(groups.size(), static_cast<std::size_t>(std::max(validation.folds, 2)));
   std::vector<FoldOfLogs> folds(count);
   for (FoldOfLogs& fold : folds) fold.kept = training;
-  const std::vector<std::size_t> fold_of = deal_groups(groups, count);
   for (std::size_t g = 0; g < groups.size(); ++g) {
+    const LogGroup& group = groups[g];
     FoldOfLogs& fold = folds[fold_of[g]];
-    const auto is_of_group = [&](const Trajectory& run) {
-      return std::ranges::find(groups[g].files, run.log) != groups[g].files.end();
+    const auto is_of_group = [&group](const Trajectory& run) {
+      return std::ranges::find(group.files, run.log) != group.files.end();
     };
-    fold.names.push_back(groups[g].name);
-    Dataset& own = fold.left_out.emplace_back(LeftOutLogs{groups[g].kind, training}).logs;
+    fold.names.push_back(group.name);
+    Dataset& own = fold.left_out.emplace_back(LeftOutLogs{group.kind, training}).logs;
     std::erase_if(own.trajectories, [&](const Trajectory& run) { return !is_of_group(run); });
     std::erase_if(fold.kept.trajectories, is_of_group);
   }

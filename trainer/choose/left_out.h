@@ -8,9 +8,21 @@
 #include <string>
 #include <vector>
 
+#include "trainer/data/log_files.h"
 #include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
+
+/// Groups of logs and the fold of each group, by deal_groups().
+struct DealtLogs {
+  std::vector<LogGroup> groups;
+  std::vector<std::size_t> fold_of;  ///< one for each group
+  std::size_t folds = 0;             ///< not more than groups
+};
+
+/// Groups the logs of `training` by [validation] groups, and deals them to `most_folds` at most. Throws codegen::Error
+/// for a wrong pattern.
+DealtLogs deal_logs(const Experiment& experiment, const Dataset& training, std::size_t most_folds);
 
 /// Runs that are left out together, one Dataset for each group of logs among them.
 struct FoldOfLogs {

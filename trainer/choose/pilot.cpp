@@ -5,9 +5,8 @@
 #include <limits>
 #include <set>
 #include <string>
-#include <vector>
 
-#include "trainer/data/log_files.h"
+#include "trainer/choose/left_out.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/learn/training/train.h"
 
@@ -16,17 +15,13 @@ namespace nlo::trainer {
 Pilots::Pilots(const Experiment& experiment, const Dataset& training, const Dataset& validation, double settled_from_s)
     : training_(training), validation_(validation), settled_from_s_(settled_from_s) {
   if (!experiment.log || !experiment.log->validation_files.empty()) return;
-  constexpr std::size_t kPart = 4;
-  std::set<std::string> files;
-  for (const Trajectory& run : training.trajectories) files.insert(run.log);
-  const std::vector<LogGroup> groups =
-      log_groups({files.begin(), files.end()}, experiment.validation.groups, "[validation] groups");
-  if (groups.size() < 2) return;
-  const std::size_t part = std::min(kPart, groups.size());
-  const std::vector<std::size_t> fold_of = deal_groups(groups, part);
+  constexpr std::size_t kFolds = 4;
+  const DealtLogs dealt = deal_logs(experiment, training, kFolds);
+  if (dealt.groups.size() < 2) return;
   std::set<std::string> held_files;
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    if (fold_of[g] == part - 1) held_files.insert(groups[g].files.begin(), groups[g].files.end());
+  for (std::size_t g = 0; g < dealt.groups.size(); ++g)
+    if (dealt.fold_of[g] == dealt.folds - 1)
+      held_files.insert(dealt.groups[g].files.begin(), dealt.groups[g].files.end());
   kept_ = held_out_ = training;
   const auto held = [&](const Trajectory& run) { return held_files.contains(run.log); };
   std::erase_if(kept_.trajectories, held);

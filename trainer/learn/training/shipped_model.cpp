@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,60 +33,58 @@ using Eigen::VectorXd;
 
 // Choice of the features that each state reads.
 
-/// Squared errors of one state on all sets of data that choose. It makes one number of a value that each set has.
+/// Squared errors of one state on all sets of data that choose. Combines the values of the sets into one number.
 class Evidence {
  public:
   using Value = std::function<double(const StateSquares&)>;
 
-  /// are_left_out: the sets are groups of logs that trainings have not seen; otherwise training and validation data
-  Evidence(const std::vector<JudgedSet>& sets, std::size_t state, bool are_left_out) : are_left_out_(are_left_out) {
-    for (const JudgedSet& set : sets) {
-      kinds_.emplace_back(set.kind);
-      all_.push_back({&set.all[state]});
-      auto& windows = windows_.emplace_back();
-      for (const SetSquares& window : set.windows) windows.push_back(&window[state]);
-      settled_.push_back({windows.back()});
-    }
+  /// The sets outlive it.
+  ///   are_left_out  the sets are groups of logs that trainings have not seen; otherwise training and validation data
+  Evidence(const std::vector<JudgedSet>& sets, std::size_t state, bool are_left_out)
+      : sets_(sets), state_(state), are_left_out_(are_left_out) {}
+
+  std::size_t rows() const { return sets_.front().all[state_].row.size(); }
+
+  /// Returns the value over whole runs, which people read.
+  double over_runs(const Value& value) const {
+    return together([&](const JudgedSet& set) { return log_mean({&set.all, 1}, value); });
   }
 
-  std::size_t rows() const { return all_.front().front()->row.size(); }
+  /// Returns the geometric mean over the transient and the settled samples. The errors of the transient are far larger
+  /// and would decide alone.
+  double over_windows(const Value& value) const {
+    return together([&](const JudgedSet& set) { return log_mean(set.windows, value); });
+  }
 
-  /// Over whole runs, for people.
-  double over_runs(const Value& value) const { return together(all_, value); }
-
-  /// The geometric mean of the transient and the settled samples. The errors of the transient are far larger and would
-  /// decide alone.
-  double over_windows(const Value& value) const { return together(windows_, value); }
-
-  /// Over the settled samples; of a set without any, over all.
-  double settled(const Value& value) const { return together(settled_, value); }
+  /// Returns the value over the settled samples. A set without any counts with all samples.
+  double settled(const Value& value) const {
+    return together([&](const JudgedSet& set) { return log_mean({&set.windows.back(), 1}, value); });
+  }
 
  private:
-  using Sets = std::vector<std::vector<const StateSquares*>>;  ///< for each set its windows
+  using LogOfSet = std::function<double(const JudgedSet&)>;
 
   /// Where several errors are multiplied, one below 0.1 % of the state's deviation counts as 0.1 %.
-  double log_mean(const std::vector<const StateSquares*>& windows, const Value& value) const {
+  double log_mean(std::span<const SetSquares> windows, const Value& value) const {
     const double least = are_left_out_ || windows.size() > 1 ? 1e-6 : 0.0;
     double sum = 0.0;
-    for (const StateSquares* squares : windows)
-      sum += std::log(std::max(value(*squares), least * squares->deviation + 1e-300));
+    for (const SetSquares& window : windows)
+      sum += std::log(std::max(value(window[state_]), least * window[state_].deviation + 1e-300));
     return sum / static_cast<double>(windows.size());
   }
 
-  double together(const Sets& sets, const Value& value) const {
-    return are_left_out_ ? typical_of_kinds(sets, value) : worst_of(sets, value);
-  }
+  double together(const LogOfSet& log) const { return are_left_out_ ? typical_of_kinds(log) : worst_of(log); }
 
-  /// The geometric mean over kinds, each the geometric mean over its groups that were left out: each kind counts once,
-  /// however many logs there are of it.
-  double typical_of_kinds(const Sets& sets, const Value& value) const {
+  /// Returns the geometric mean over kinds of logs. A kind has the geometric mean of its groups. So each kind counts
+  /// once, however many logs there are of it.
+  double typical_of_kinds(const LogOfSet& log) const {
     struct Sum {
       double logs = 0.0, groups = 0.0;
     };
     std::map<std::string_view, Sum> kinds;
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      Sum& sum = kinds[kinds_[s]];
-      sum.logs += log_mean(sets[s], value);
+    for (const JudgedSet& set : sets_) {
+      Sum& sum = kinds[set.kind];
+      sum.logs += log(set);
       sum.groups += 1.0;
     }
     double logs = 0.0;
@@ -93,16 +92,16 @@ class Evidence {
     return std::exp(logs / static_cast<double>(kinds.size()));
   }
 
-  /// The worse of training and validation data: validation data alone may be easier, and then a row wins there that
-  /// loses on harder runs.
-  double worst_of(const Sets& sets, const Value& value) const {
+  /// Returns the worse of training and validation data. Validation data alone may be easier, and then a row wins there
+  /// that loses on harder runs.
+  double worst_of(const LogOfSet& log) const {
     double worst = -std::numeric_limits<double>::infinity();
-    for (const auto& windows : sets) worst = std::max(worst, log_mean(windows, value));
+    for (const JudgedSet& set : sets_) worst = std::max(worst, log(set));
     return std::exp(worst);
   }
 
-  std::vector<std::string_view> kinds_;  ///< of the sets
-  Sets all_, windows_, settled_;
+  const std::vector<JudgedSet>& sets_;
+  std::size_t state_;
   bool are_left_out_;
 };
 
@@ -250,7 +249,7 @@ SplitError split_error(const codegen::Model& model, const Rollout& validation, d
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   const MatrixXd errors =
       errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
-  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // of all states, each over its variance
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // sums over the states, each over its variance
   for (Index i = 0; i < errors.rows(); ++i)
     squares += errors.row(i).cwiseAbs2() / std::max(weighted_variance(judged.x.row(i), judged.weights), 1e-300);
   const auto error = [&](const VectorXd& weights) {
@@ -293,13 +292,13 @@ constexpr Eigen::Index kCalibrated = 200000;  // samples of a set
 /// Fitted on training runs as flown and on segments as drawn, of any length and noise; calibrated on groups of
 /// logs that other trainings have left out, and on whole validation runs unless these are the training's.
 codegen::ErrorHead error_head(const codegen::Model& model, const float* parameters, const Rollout& flight,
-                              Objective& objective, Objective& validator, const TrainingEnd& training) {
+                              Objective& objective, const Rollout& whole_runs, const TrainingEnd& training) {
   constexpr Eigen::Index kFitted = 30000;
   constexpr int kDraws = 6;
   ErrorSamples samples = error_samples(model, flight, kFitted);
   for (int draw = 0; draw < kDraws; ++draw)
     samples.append(error_samples(model, objective.roll_out_draw(parameters, -2 - draw), kFitted / kDraws));
-  const ErrorSamples validation = error_samples(model, validator.roll_out_runs(parameters), kCalibrated);
+  const ErrorSamples validation = error_samples(model, whole_runs, kCalibrated);
   codegen::ErrorHead head = fit_error_head(samples, validation);
   std::vector<ErrorScores> scores;
   for (const LeftOutGroup& group : training.options.evidence) scores.push_back(group.scores);
@@ -314,7 +313,7 @@ codegen::ErrorHead error_head(const codegen::Model& model, const float* paramete
 ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Objective& validator, ThreadPool& pool) {
   const auto& [experiment, dataset, options, structure, failures, state, data_hash] = training;
   const float* best = state.best.data();
-  const Rollout& flight = objective.roll_out_flight(best);
+  const Rollout &flight = objective.roll_out_flight(best), &validation = validator.roll_out_runs(best);
   ShippedModel shipped;
   shipped.model = to_model(structure, best, experiment, dataset, flight);
   codegen::Model& model = shipped.model;
@@ -337,16 +336,15 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
     std::vector<JudgedSet> chooses;
     for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
       chooses.push_back(group.squares);
-    shipped.readout =
-        choose_readout(model, flight, validator.roll_out_runs(best), experiment.inverse_map, chooses, from);
+    shipped.readout = choose_readout(model, flight, validation, experiment.inverse_map, chooses, from);
   }
   shipped.validation_rmse = shipped_rmse(training, shipped.readout);
 
-  if (options.settled_from_s > 0.0) shipped.split = split_error(model, validator.roll_out_runs(best), from);
+  if (options.settled_from_s > 0.0) shipped.split = split_error(model, validation, from);
   record_facts(training, shipped);
 
   if (experiment.inverse_map.error) {
-    model.error = error_head(model, best, flight, objective, validator, training);
+    model.error = error_head(model, best, flight, objective, validation, training);
     auto next = shipped.left_out.begin();
     for_each_left_out([&](const Rollout& runs, const std::string&) {
       const ErrorSamples samples = error_samples(model, runs, kCalibrated);
