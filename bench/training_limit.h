@@ -35,9 +35,9 @@ double fastest_seconds(const Call& call, int calls_per_burst, int bursts) {
   return best;
 }
 
-/// Returns the seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the gradient
-/// of the weights, and W^T dv for the layer below. kOrder is the order of a block: values of a sample are adjacent
-/// (ColMajor), or those of a neuron.
+/// Returns the seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the weights'
+/// gradient, and W^T dv for the layer below. kOrder says which values of a block are adjacent: the values of one sample
+/// (ColMajor) or the values of one neuron (RowMajor).
 template <int kOrder>
 double eigen_products(const trainer::NetworkShape& shape, int block, int bursts) {
   using Block = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, kOrder>;

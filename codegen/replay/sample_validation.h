@@ -84,7 +84,7 @@ class SampleValidation {
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
   std::vector<bool> arrived_;
-  std::vector<Health> health_;  ///< of each reading, then of each input that is not a reading
+  std::vector<Health> health_;  ///< one for each reading, then one for each input that is not a reading
   bool started_ = false;
 };
 

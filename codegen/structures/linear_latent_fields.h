@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The linear latent system z' = D z + F y of several structures: its fields in the model file, its checks, and its part
-// of a C++ header.
+// Several structures have the linear latent system z' = D z + F y. This file reads and writes its fields in the model
+// file, checks them, and writes its part of a C++ header.
 #pragma once
 
 #include <string>

@@ -18,7 +18,7 @@ CYCLES = re.compile(r"\d+_(.*(?:Mixed|UDDS|HWFET|HWFT|LA92|US06).*)_processed\.c
 COLUMNS = (("time", "Time [s]", 3),
            ("voltage", "Voltage [V]", 5),
            ("current", "Current [A]", 5),  # negative when discharging
-           ("temperature", "Temperature [degC]", 5),  # of the cell
+           ("temperature", "Temperature [degC]", 5),  # temperature of the cell
            ("charge", "Capacity [Ah]", 5),  # by the cycler: truth, never an output
            ("soc", "SOC [-]", 6))
 

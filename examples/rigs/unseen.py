@@ -28,7 +28,7 @@ import tempfile
 import numpy as np
 
 FAULTS_OF_A_LOG = 8
-REGULARISATION = 1e-4  # of variances that are 1
+REGULARISATION = 1e-4  # relative to features of variance 1
 MOST = 50.0  # limit of a squared row, so that the average soon forgets one outlier
 TEMPERATURES = ("25degC", "10degC", "0degC", "n10degC")
 

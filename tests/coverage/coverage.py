@@ -41,7 +41,7 @@ PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") fo
     "saturating_rig", "gated", "commanded_gated", "failing_gated", "carried", "prior", "driven_error", "commanded_pendulum",
     "commanded_general", "watched_rig", "watched_computed")
          if scalar != "int16" or example not in NO_INT16]
-STEPS_MILLIONS = 5  # of all pairs together
+STEPS_MILLIONS = 5  # steps of all pairs together
 INSTRUMENTED = ["-O0", "-fprofile-instr-generate", "-fprofile-update=atomic", "-fcoverage-mapping"]
 
 

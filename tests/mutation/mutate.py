@@ -36,7 +36,7 @@ TREE = WORK / "tree"
 BUILD = WORK / "build"
 JOURNAL = WORK / "journal.jsonl"
 WANTED = 0.85
-TEST_LIMIT_S = {"program": 120, "source": 20}  # of processor time, as the machine may be busy: an endless loop is a killed mutant
+TEST_LIMIT_S = {"program": 120, "source": 20}  # processor time, because the machine may be busy; an endless loop counts as a killed mutant
 
 # The programs that cover a folder, quickest first, or sources that are a program each. The longest match decides.
 COVERED_BY = {

@@ -23,7 +23,7 @@ def rows():
 def findings(source):
     """(rule, place, line) of each."""
     said = subprocess.run(["cppcheck", "--addon=misra", "--std=c99", "--quiet", "--template={id} {file}:{line}", "--force",
-                           "-DDBL_MANT_DIG=53", source],  # of <float.h>, which it has not
+                           "-DDBL_MANT_DIG=53", source],  # macro of <float.h>, which the checker does not have
                           cwd=source.parent, capture_output=True, text=True, check=True).stderr
     found = []
     for rule, file, line in re.findall(r"^misra-c2012-(\S+) (.+):(\d+)$", said, re.M):

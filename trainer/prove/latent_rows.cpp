@@ -157,7 +157,7 @@ CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptio
         "maximum norm";
     return {row};
   }
-  constexpr double kRounding = 1e-9;  // of a sum of some n_z terms below 1
+  constexpr double kRounding = 1e-9;  // rounding of a sum of about n_z terms below 1
   row.bound = std::exp(-proof.rate * model.sample_period_s) + kRounding;
   row.note = "in the maximum norm of z_i over a metric of the weights (codegen/model/contraction.h); " +
              time_to_a_thousandth(row.bound, model.sample_period_s);

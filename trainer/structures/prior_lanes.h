@@ -30,7 +30,7 @@ struct PriorSetting {
   std::vector<double> fine, coarse;               ///< n_y, of s(nu)
   std::vector<double> state_noise, output_noise;  ///< n_s, n_y: variances where c is 0
   std::vector<double> scale;                      ///< scale of the correction's outputs
-  Normalisation read;                             ///< of w
+  Normalisation read;                             ///< normalisation of w
 
   int nx() const { return equations.nx(); }  ///< n_s
   int estimated() const { return nx() - unestimated; }

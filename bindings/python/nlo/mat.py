@@ -18,7 +18,7 @@ from nlo._arrays import Array
 from nlo._library import Error
 from nlo._tables import nearest
 
-_MOST_COLUMNS = 32  # of a matrix, or structs of an array, that are listed if no column is named
+_MOST_COLUMNS = 32  # if no column is named: largest matrix width, and largest number of structs, that are read
 _STEP = re.compile(r"([^.()]+)(?:\(([1-9]\d*)\))?")
 
 

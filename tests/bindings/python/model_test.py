@@ -14,7 +14,7 @@ import numpy as np
 
 import nlo
 
-MODELS = pathlib.Path(os.environ["NLO_TEST_MODELS"])  # of export_model: one of each thing that a model can have
+MODELS = pathlib.Path(os.environ["NLO_TEST_MODELS"])  # models that export_model writes: each feature of a model is in one of them
 VAN_DER_POL = pathlib.Path(os.environ["NLO_SOURCE_DIR"]) / "examples/models/van_der_pol.json"
 
 

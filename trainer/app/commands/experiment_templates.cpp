@@ -40,7 +40,7 @@ parameters = { g = 9.81, l = 0.5, damping = 0.4 }
 # input_units = ["N m/kg"]
 
 [simulation]
-horizon_s = 10.0                  # of a run: longer than it takes to forget how it began
+horizon_s = 10.0                  # length of a run: longer than the transient of its start
 sample_period_s = 0.02            # how often the observer is stepped in flight
 trajectories = 100                # training runs, each from a state drawn from this box:
 initial_low = [-1.0, -2.0]
@@ -49,7 +49,7 @@ initial_high = [1.0, 2.0]
 # process_noise = [0.0, 0.05]
 
 [training]
-noise = "gaussian:0.02"           # of the sensors: standard deviation in their unit; a list has one for each
+noise = "gaussian:0.02"           # noise of the sensors: standard deviation in their unit; a list has one for each
 
 # With inputs: what they do in the runs, drawn for each.
 # [excitation]

@@ -266,7 +266,7 @@ std::string run_errors(const EvaluatedRun& run, const std::vector<Channel>& stat
 }
 
 void add_runs(Page& page, const ShownRuns& shown) {
-  constexpr double kStart = 0.1;           // of the run
+  constexpr double kStart = 0.1;           // share of the run
   constexpr Index kEnoughToMagnify = 200;  // samples of the run
   if (shown.runs.size() < shown.of)
     page.text(fmt::format("<p class=\"soft\">{} of the {} runs: {}.</p>\n", shown.runs.size(), shown.of,

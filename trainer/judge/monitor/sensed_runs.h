@@ -17,7 +17,7 @@
 namespace nlo::trainer {
 
 struct SensedRuns {
-  std::vector<Eigen::MatrixXd> outputs;      ///< of each run, n_y x N; NaN: did not arrive
+  std::vector<Eigen::MatrixXd> outputs;      ///< one matrix for each run, n_y x N; NaN: did not arrive
   std::vector<Eigen::MatrixXd> inputs;       ///< n_u x N; 0 x 0 without inputs
   std::vector<Eigen::VectorXd> time_s = {};  ///< N time stamps; empty if all steps are one sample period
 

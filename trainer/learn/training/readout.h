@@ -41,7 +41,7 @@ using SetSquares = std::vector<StateSquares>;  ///< one for each state
 
 /// Squared errors on one set of data.
 struct JudgedSet {
-  std::string kind = {};            ///< of logs that were left out (log_files.h)
+  std::string kind = {};            ///< kind of the logs that were left out (log_files.h)
   SetSquares all;                   ///< over all samples
   std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; `all` alone without both
 };

@@ -108,7 +108,7 @@ void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const
 struct CandidateErrors {
   Eigen::RowVectorXd map, truth;
   std::vector<Eigen::RowVectorXd> rows;
-  std::vector<std::optional<Eigen::RowVectorXd>> readings;  ///< of outputs in the state's unit
+  std::vector<std::optional<Eigen::RowVectorXd>> readings;  ///< errors of the outputs in the state's unit
 };
 
 StateSquares squares_in(const CandidateErrors& errors, const VectorXd& weights) {

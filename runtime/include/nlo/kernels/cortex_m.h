@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Matrix-vector product of a dense layer in float32 for Cortex-M cores with an FPU (M4F, M7, M33): out = f(W in + b).
 //
-// These cores have 32 registers and one load port, so the number of instructions per weight decides the time. The sums
-// of a block of 13 outputs stay in s0-s12. Weights are loaded 13 at a time by one multiple-register load, inputs 5 at a
-// time. Weights are stored in the order in which they are read. On the paper's 50 x 50 layers this takes 1.11
-// instructions per multiply-add; compiled loops take 3.
+// These cores have 32 registers and one load port, so the number of instructions per weight decides the time. A block
+// has 13 outputs, whose sums stay in s0-s12. One multiple-register load reads 13 weights, another one 5 inputs. Weights
+// are stored in the order in which they are read. On the paper's 50 x 50 layers this takes 1.11 instructions per
+// multiply-add; compiled loops take 3.
 //
 // fast           VFMA: one instruction per multiply-add, on every core.
 // deterministic  VMLA: the product is rounded, then the sum, as on every other target.
