@@ -30,7 +30,9 @@ constexpr double kHour = 3600.0;
 // A smaller share of missing measurements raises no alarm, even if the training had none.
 constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
-constexpr double kLeastGate = 3.0;  // deviations
+// In deviations: this quantile of a normal innovation. Innovations from the steps of an encoder end below 3 deviations,
+// so their quantile would leave no room for an error of the prediction.
+constexpr double kLeastGate = 3.5;
 // The largest limit, relative to the largest reachable value of a statistic, and the largest value in training for
 // which such a limit is used.
 constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
@@ -230,8 +232,8 @@ Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, c
   return found;
 }
 
-/// Fits the deviations of innovations and their growth with the distance of z, then the gate, wider than all
-/// innovations of the training.
+/// Fits the deviations of innovations and their growth with the distance of z. The gate is the kGateQuantile of the
+/// innovations in training, but at least kLeastGate.
 void fit_innovation(Monitor& monitor, const std::vector<Steps>& all, const codegen::Model& model,
                     const std::vector<Index>& slow) {
   Innovations found = innovations_of(monitor, monitor.prediction, monitor.offset, all);
