@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/choose/structure_rivals.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <initializer_list>
 #include <optional>
@@ -9,6 +11,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/draws.h"
+#include "trainer/plants/run_range.h"
 #include "trainer/structures/structure_table.h"
 #include "trainer/structures/trainable_structure.h"
 #include "trainer/structures/unit_settings.h"
@@ -28,6 +31,19 @@ bool simulates_without_noise(const Experiment& e) {
 
 bool simulates_an_exact_plant(const Experiment& e) {
   return !e.log && e.plant && e.plant->parameter_ranges.empty() && e.simulation.process_noise.empty();
+}
+
+/// Returns the reason why a short training of a structure with known equations would mislead; empty if it would not.
+std::string misleads(const Experiment& base) {
+  if (simulates_an_exact_plant(base))
+    return "it would trust the equations completely. Give each parameter that is not known exactly a range, "
+           "damping = [0.3, 0.5], or give [simulation] process_noise";
+  if (const std::string count = base.plant ? counted_state(*base.plant) : ""; !count.empty())
+    return fmt::format(
+        "{0} may count without end, and a flight beyond its range in training would be clamped. If {0} is "
+        "an angle, give its sine and cosine: [plant] state_encodings and output_encodings",
+        count);
+  return {};
 }
 
 /// Equations start as a tuned filter, so there is little to learn, in small steps.
@@ -94,11 +110,7 @@ std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experime
     if (structure->learns_to_average_noise() && simulates_without_noise(base)) continue;
     std::optional<Experiment> e = rival(draft, base, *structure, sample_period_s, length_s, slowest);
     if (!e) continue;
-    Rival& added = rivals.emplace_back(Rival{*std::move(e), {}});
-    if (structure->has_known_equations() && simulates_an_exact_plant(base))
-      added.not_tried =
-          "it would trust the equations completely. Give each parameter that is not known exactly a range, "
-          "damping = [0.3, 0.5], or give [simulation] process_noise";
+    rivals.push_back({*std::move(e), structure->has_known_equations() ? misleads(base) : ""});
   }
   return rivals;
 }

@@ -60,8 +60,7 @@ bool reads(const std::string& expression, const std::string& name) {
 
 /// Returns true if an output measures this state itself and nothing else of the plant depends on it, like the count of
 /// an encoder.
-bool is_count(const Experiment& experiment, const std::string& state) {
-  const PlantConfig& plant = *experiment.plant;
+bool is_count(const PlantConfig& plant, const std::string& state) {
   if (std::find(plant.outputs.begin(), plant.outputs.end(), state) == plant.outputs.end()) return false;
   for (const std::string& derivative : plant.derivative)
     if (reads(derivative, state)) return false;
@@ -89,7 +88,7 @@ std::string of_a_count(const Experiment& experiment, const std::string& state) {
 }
 
 std::string what_helps(const Experiment& experiment, const Dataset& runs, const std::string& state) {
-  if (is_count(experiment, state)) return of_a_count(experiment, state);
+  if (is_count(*experiment.plant, state)) return of_a_count(experiment, state);
   const std::string meant =
       "An observer learns all of this range, and its error is a share of it; where the plant is not meant to go "
       "there, ";
@@ -132,6 +131,13 @@ std::vector<std::string> range_warnings(const Dataset& runs, const Experiment& e
                   state.name, starts, range.first_half, unit, far, what_helps(experiment, runs, state.name)));
   }
   return warnings;
+}
+
+std::string counted_state(const PlantConfig& plant) {
+  for (std::size_t i = 0; i < plant.states.size(); ++i)
+    if (!(i < plant.state_wraps.size() && plant.state_wraps[i] > 0.0) && is_count(plant, plant.states[i]))
+      return plant.states[i];
+  return {};
 }
 
 }  // namespace nlo::trainer

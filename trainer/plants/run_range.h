@@ -20,4 +20,8 @@ namespace nlo::trainer {
 ///   experiment  they are of: box, horizon, and whether a loop is closed
 std::vector<std::string> range_warnings(const Dataset& runs, const Experiment& experiment);
 
+/// Returns the first state that an output measures itself and nothing else of the plant depends on, like the count of
+/// an encoder; empty if there is none. It may count without end. Angles with a full turn are left out.
+std::string counted_state(const PlantConfig& plant);
+
 }  // namespace nlo::trainer
