@@ -179,8 +179,14 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& inputs, const 
   if (!activation_row(n.activation).has_int16() && n.layers.size() > 1)
     fail("int16 has tanh and relu, and this model's activation is {}; export with --scalar float, or train with tanh",
          activation_row(n.activation).name);
-  QuantisedNetwork q{
-      n.layers.size() > 1 ? n.activation : Activation::kTanh, {}, {}, {}, {}, n.linear_path.cast<float>(), n.products};
+  QuantisedNetwork q{n.layers.size() > 1 ? n.activation : Activation::kTanh,
+                     {},
+                     {},
+                     {},
+                     {},
+                     n.linear_path.cast<float>(),
+                     n.products,
+                     n.fallback};
   q.centre.resize(n.columns());
   q.gain.resize(n.columns());
 

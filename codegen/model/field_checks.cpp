@@ -63,6 +63,28 @@ void check_channels(const std::vector<Channel>& channels, const std::string& fie
   }
 }
 
+namespace {
+
+void check_fallback(const Fallback& fallback, Eigen::Index nu, int outputs, const std::string& field) {
+  const auto of = [&field](const char* part) { return field + "." + part; };
+  const auto count = static_cast<Eigen::Index>(fallback.outputs.size());
+  for (std::size_t f = 0; f < fallback.outputs.size(); ++f) {
+    const int least = f == 0 ? 0 : fallback.outputs[f - 1] + 1;
+    if (fallback.outputs[f] < least || fallback.outputs[f] >= outputs)
+      codegen::fail("{}[{}] is {}; the numbers of outputs, from 0 to {}, must rise", of("outputs"), f,
+                    fallback.outputs[f], outputs - 1);
+  }
+  check_shape(fallback.rows, count, nu, of("rows"), "one row for each of fallback.outputs x n_u");
+  check_shape(fallback.offset, count, of("offset"), "one for each of fallback.outputs");
+  check_shape(fallback.reach, count, of("reach"), "one for each of fallback.outputs");
+  for (Eigen::Index f = 0; f < count; ++f)
+    if (!(fallback.reach(f) >= kSmallestNumber && fallback.reach(f) <= kLargestNumber))
+      codegen::fail("{}[{}] is {}; a distance must be positive, from {} to {}", of("reach"), f, fallback.reach(f),
+                    kSmallestNumber, kLargestNumber);
+}
+
+}  // namespace
+
 void check_network(const Network& n, int inputs, int outputs, const std::string& field, const char* meaning) {
   const auto of = [&field](const char* part) { return field + "." + part; };
   const auto nu = n.features.rows();
@@ -95,6 +117,7 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   check_shape(n.output_mean, outputs, of("output_mean"), "n_out");
   check_shape(n.output_scale, outputs, of("output_scale"), "n_out");
   check_positive(n.output_scale, of("output_scale"));
+  if (!n.fallback.outputs.empty()) check_fallback(n.fallback, nu, outputs, of("fallback"));
   const std::vector<double>& largest = n.largest_activations;
   if (!largest.empty() && largest.size() + 1 != n.layers.size())
     fail("{} has {} numbers; it must have one for each of the {} hidden layers, or be left out",
@@ -108,6 +131,13 @@ void check_sums(const Network& n, const Eigen::VectorXd& largest, const std::str
   const ActivationRow& activation = activation_row(n.activation);
   Eigen::VectorXd inputs = (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
   multiply_by_clocks(inputs, largest, n.feature_clocks);
+  if (const Fallback& fallback = n.fallback; !fallback.outputs.empty()) {
+    const Eigen::VectorXd rows = fallback.rows.cwiseAbs() * inputs + fallback.offset.cwiseAbs();
+    for (Eigen::Index f = 0; f < rows.size(); ++f)
+      if (!(rows(f) < kLargestNumber))
+        fail("{}.fallback.rows[{}] may add up to {} within the ranges of the readings; it must stay below {}", field, f,
+             rows(f), kLargestNumber);
+  }
   Eigen::VectorXd reads = inputs;
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
     const bool last = l + 1 == n.layers.size();

@@ -68,6 +68,12 @@ FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
   first.bias += ordered_product(first.weights, offset);
   first.weights = ordered_product(first.weights, gain);
 
+  if (!n.fallback.outputs.empty()) {
+    folded.fallback = n.fallback;
+    folded.fallback.rows = ordered_product(n.fallback.rows, gain);
+    folded.fallback.offset += ordered_product(n.fallback.rows, offset);
+  }
+
   DenseLayer& last = folded.layers.back();
   if (n.skip.size() != 0) {
     last.bias += ordered_product(n.skip, offset);
@@ -104,7 +110,8 @@ Network unfolded(const FoldedNetwork& folded, Eigen::Index inputs) {
           .layers = folded.layers,
           .skip = folded.linear_path,
           .output_mean = Eigen::VectorXd::Zero(out),
-          .output_scale = Eigen::VectorXd::Ones(out)};
+          .output_scale = Eigen::VectorXd::Ones(out),
+          .fallback = folded.fallback};
 }
 
 }  // namespace nlo::codegen

@@ -33,14 +33,15 @@ Vector with_products(const std::vector<ClockProduct>& products, const Vector& in
   return all;
 }
 
-/// out = mlp(in) + linear_path in. The layers include normalisation and features. If there are products, the first
-/// layer and the linear path read [in; products].
+/// out = mlp(in) + linear_path in, then its fallback. The layers include normalisation and features. If there are
+/// products, the first layer, the linear path and the fallback read [in; products].
 struct FoldedNetwork {
   std::string field;                          ///< its name in the model file
   Activation activation = Activation::kTanh;  ///< may be a coarser tanh, which an export has chosen
   std::vector<DenseLayer> layers;
   Eigen::MatrixXd linear_path;  ///< n_out x columns(); 0 x 0: none (a network of one layer includes it)
   std::vector<ClockProduct> products = {};
+  Fallback fallback = {};  ///< its rows have columns() columns
 
   Eigen::Index columns() const { return layers.front().weights.cols(); }  ///< inputs and products
   Eigen::Index inputs() const { return columns() - static_cast<Eigen::Index>(products.size()); }

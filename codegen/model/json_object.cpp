@@ -72,6 +72,14 @@ void JsonObject::network(const char* name, const Network& n) {
   if (const std::vector<double>& largest = n.largest_activations; !largest.empty())
     object.vector("largest_activations",
                   Eigen::Map<const Eigen::VectorXd>(largest.data(), static_cast<Eigen::Index>(largest.size())));
+  if (const Fallback& fallback = n.fallback; !fallback.outputs.empty()) {
+    JsonObject part(object.inner());
+    part.field("outputs", fmt::format("[{}]", fmt::join(fallback.outputs.begin(), fallback.outputs.end(), ", ")));
+    part.matrix("rows", fallback.rows);
+    part.vector("offset", fallback.offset);
+    part.vector("reach", fallback.reach);
+    object.field("fallback", part.text());
+  }
   field(name, object.text());
 }
 

@@ -39,11 +39,20 @@ Activation activation(const Field& field) {
   return row->kind;
 }
 
+Fallback fallback(const Field& field) {
+  field.allow_only({"outputs", "rows", "offset", "reach"});
+  Fallback result{{}, matrix(field["rows"]), vector(field["offset"]), vector(field["reach"])};
+  const Field list = field["outputs"];
+  if (list.array_size() == 0) throw Error(fmt::format("{} is empty; leave fallback out", list.path));
+  for (std::size_t f = 0; f < list.array_size(); ++f) result.outputs.push_back(small_integer(list[f]));
+  return result;
+}
+
 }  // namespace
 
 Network network(const Field& field) {
   field.allow_only({"features", "feature_mean", "feature_scale", "feature_clocks", "activation", "layers", "skip",
-                    "output_mean", "output_scale", "largest_activations"});
+                    "output_mean", "output_scale", "largest_activations", "fallback"});
   std::vector<double> largest;
   if (field.has("largest_activations")) {
     const Eigen::VectorXd values = vector(field["largest_activations"]);
@@ -64,7 +73,8 @@ Network network(const Field& field) {
           .skip = matrix(field["skip"]),
           .output_mean = vector(field["output_mean"]),
           .output_scale = vector(field["output_scale"]),
-          .largest_activations = largest};
+          .largest_activations = largest,
+          .fallback = field.has("fallback") ? fallback(field["fallback"]) : Fallback{}};
 }
 
 Hold hold(const Field& field) {

@@ -27,9 +27,20 @@ struct DenseLayer {
   Eigen::VectorXd bias;     ///< n_out
 };
 
+/// Linear rows that some outputs fall back to where the network is far from them:
+///   row = offset + rows u
+///   out = row + (out - row) / (1 + ((out - row) / reach)^2)
+/// Near the row, the network decides. At the distance `reach`, half of the distance remains. Far away, the row decides.
+/// So out is never further than reach / 2 from its row.
+struct Fallback {
+  std::vector<int> outputs;       ///< n_f outputs that fall back, in rising order; empty: none
+  Eigen::MatrixXd rows;           ///< n_f x n_u
+  Eigen::VectorXd offset, reach;  ///< n_f, in the units of the outputs; reach > 0
+};
+
 /// A learned map with its normalisation:
 ///   u   = (features in - feature_mean) / feature_scale, times its clock where a feature has one
-///   out = output_mean + output_scale * (mlp(u) + skip u)
+///   out = output_mean + output_scale * (mlp(u) + skip u), then its fallback
 struct Network {
   Eigen::MatrixXd features;  ///< n_u x n_in
   Eigen::VectorXd feature_mean, feature_scale;
@@ -39,6 +50,7 @@ struct Network {
   Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0: none
   Eigen::VectorXd output_mean, output_scale;
   std::vector<double> largest_activations = {};  ///< one for each hidden layer, over the training data; empty: unknown
+  Fallback fallback = {};                        ///< of inverse_map only
 
   int inputs() const { return static_cast<int>(features.cols()); }
   int outputs() const { return static_cast<int>(output_mean.size()); }

@@ -178,6 +178,17 @@ void check_clocks(const Model& m) {
            names_of_structures([](const StructureModule& s) { return s.multiplies_by_clocks(); }));
 }
 
+void check_fallbacks(const Model& m) {
+  for (const Named<const Network>& n : networks(m)) {
+    if (n.network->fallback.outputs.empty()) continue;
+    if (n.field != "inverse_map")
+      fail("{0} has no fallback, only inverse_map has one; leave {0}.fallback out", n.field);
+    for (const int output : n.network->fallback.outputs)
+      if (const Channel& state = m.states[static_cast<std::size_t>(output)]; state.wrap > 0.0)
+        fail("inverse_map.fallback.outputs contains state {}, which wraps; leave it out", state.name);
+  }
+}
+
 void check_error(const Model& m) {
   if (!m.error) return;
   const ErrorHead& head = *m.error;
@@ -245,6 +256,7 @@ void validate(const Model& m) {
   check_sampling(m);
   check_clocks(m);
   module_of(m).check(m);
+  check_fallbacks(m);
   check_monitor(m);
   check_error(m);
   check_flight(m);

@@ -30,6 +30,18 @@ Integers sums(const QuantisedLayer& layer, const Integers& in) {
   return layer.bias + layer.weights.cast<std::int32_t>() * in;
 }
 
+/// Computes FallbackRows::correct(); in: [in; products].
+void apply(const Fallback& fallback, const Eigen::VectorXf& in, Eigen::VectorXf& out) {
+  for (std::size_t f = 0; f < fallback.outputs.size(); ++f) {
+    const auto at = static_cast<Eigen::Index>(f);
+    auto row = static_cast<float>(fallback.offset(at));
+    for (Eigen::Index i = 0; i < in.size(); ++i)
+      row = multiply_add<Arithmetic::kDeterministic>(static_cast<float>(fallback.rows(at, i)), in(i), row);
+    float& estimate = out(fallback.outputs[f]);
+    estimate = fall_back<Arithmetic::kDeterministic>(estimate, row, static_cast<float>(1.0 / fallback.reach(at)));
+  }
+}
+
 }  // namespace
 
 // Equals kernels::int16::Blocks<rows>::kRows.
@@ -41,8 +53,10 @@ Eigen::Index padded_rows(Eigen::Index rows) {
 
 Eigen::Index packed_bytes(const QuantisedNetwork& n) {
   const auto numbers = [](Eigen::Index count) { return 4 * count; };  // float and int32
+  const Eigen::Index fallbacks = n.fallback.rows.rows();
   Eigen::Index bytes = numbers(n.centre.size() + n.gain.size() + n.scale.size() + n.linear_path.size() +
-                               static_cast<Eigen::Index>(n.products.size()));  // two indices of 16 bits
+                               static_cast<Eigen::Index>(n.products.size()) +  // two indices of 16 bits
+                               n.fallback.rows.size() + 2 * fallbacks + (fallbacks + 1) / 2);
   for (const QuantisedLayer& layer : n.layers) {
     const Eigen::Index pairs = (layer.weights.cols() + 1) / 2, rows = padded_rows(layer.weights.rows());
     bytes += numbers(pairs * rows + rows);  // a pair of weights, a bias
@@ -66,6 +80,7 @@ Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& input
     for (Eigen::Index i = 0; i < n.linear_path.cols(); ++i)
       out(o) = multiply_add<Arithmetic::kDeterministic>(n.linear_path(o, i), in(i), out(o));
   }
+  apply(n.fallback, in, out);
   return out;
 }
 

@@ -20,8 +20,8 @@ struct QuantisedLayer {
   int shift = 1;  ///< 1 to 31; sum / 2^shift is the argument in int16.h. Unused in the last layer
 };
 
-/// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in. If there are products with clocks, `in`
-/// stands for [in; products].
+/// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in, then its fallback. If there are
+/// products with clocks, `in` stands for [in; products].
 struct QuantisedNetwork {
   Activation activation;         ///< kTanh (by table), kRelu or kSilu; after every layer but the last
   Eigen::VectorXf centre, gain;  ///< columns(); gain is 32767 / half of the input's range
@@ -29,6 +29,7 @@ struct QuantisedNetwork {
   Eigen::VectorXf scale;        ///< n_out; result per unit of the sums of the last layer
   Eigen::MatrixXf linear_path;  ///< n_out x columns(); 0 x 0: none
   std::vector<ClockProduct> products = {};
+  Fallback fallback = {};  ///< as FoldedNetwork::fallback
 
   Eigen::Index columns() const { return centre.size(); }  ///< inputs and products
   Eigen::Index inputs() const { return columns() - static_cast<Eigen::Index>(products.size()); }

@@ -11,11 +11,15 @@ ReferenceNetwork<Scalar>::ReferenceNetwork(const Network& network, Activations a
       exact_(activations == Activations::kExact),
       features_(network.features.cast<Scalar>()),
       skip_(network.skip.cast<Scalar>()),
+      fallback_rows_(network.fallback.rows.cast<Scalar>()),
+      fallback_outputs_(network.fallback.outputs),
       feature_clocks_(network.feature_clocks),
       feature_mean_(network.feature_mean.cast<Scalar>()),
       feature_scale_(network.feature_scale.cast<Scalar>()),
       output_mean_(network.output_mean.cast<Scalar>()),
-      output_scale_(network.output_scale.cast<Scalar>()) {
+      output_scale_(network.output_scale.cast<Scalar>()),
+      fallback_offset_(network.fallback.offset.cast<Scalar>()),
+      fallback_reach_(network.fallback.reach.cast<Scalar>()) {
   for (const DenseLayer& layer : network.layers)
     layers_.push_back({layer.weights.cast<Scalar>(), layer.bias.cast<Scalar>()});
 }
@@ -29,7 +33,21 @@ auto ReferenceNetwork<Scalar>::operator()(const Matrix& in) const -> Matrix {
     if (l + 1 < layers_.size()) a = activated(a);
   }
   if (skip_.size() != 0) a += skip_ * u;
-  return (a.array().colwise() * output_scale_.array()).matrix().colwise() + output_mean_;
+  Matrix out = (a.array().colwise() * output_scale_.array()).matrix().colwise() + output_mean_;
+  fall_back(u, out);
+  return out;
+}
+
+template <class Scalar>
+void ReferenceNetwork<Scalar>::fall_back(const Matrix& u, Matrix& out) const {
+  if (fallback_outputs_.empty()) return;
+  const Matrix rows = (fallback_rows_ * u).colwise() + fallback_offset_;
+  for (std::size_t f = 0; f < fallback_outputs_.size(); ++f) {
+    const auto at = static_cast<Eigen::Index>(f);
+    auto estimate = out.row(fallback_outputs_[f]).array();
+    const Eigen::Array<Scalar, 1, Eigen::Dynamic> apart = estimate - rows.row(at).array();
+    estimate = rows.row(at).array() + apart / (Scalar(1) + (apart / fallback_reach_(at)).square());
+  }
 }
 
 template <class Scalar>

@@ -26,7 +26,8 @@ class ReferenceNetwork {
   /// Returns out (n_out x B) for each column of `in` (n_in x B).
   Matrix operator()(const Matrix& in) const;
 
-  /// Returns (d out / d in)(in) directions, n_out x D, for one column of inputs; directions: n_in x D.
+  /// Returns (d out / d in)(in) directions, n_out x D, for one column of inputs; directions: n_in x D. The network has
+  /// no fallback.
   Matrix jvp(const Vector& in, const Matrix& directions) const;
 
   /// Returns the last hidden layer for each column of `in`, n_h x B. The network must have a hidden layer.
@@ -43,13 +44,16 @@ class ReferenceNetwork {
 
   Matrix normalised(const Matrix& in) const;
   Matrix activated(const Matrix& v) const;
+  /// Applies the fallback to `out`, n_out x N; u: normalised inputs, n_u x N.
+  void fall_back(const Matrix& u, Matrix& out) const;
 
   Activation activation_;
   bool exact_;
   std::vector<Layer> layers_;
-  Matrix features_, skip_;
+  Matrix features_, skip_, fallback_rows_;
+  std::vector<int> fallback_outputs_;
   std::vector<int> feature_clocks_;
-  Vector feature_mean_, feature_scale_, output_mean_, output_scale_;
+  Vector feature_mean_, feature_scale_, output_mean_, output_scale_, fallback_offset_, fallback_reach_;
 };
 
 // Compiled once, for speed, in reference_network.cpp.

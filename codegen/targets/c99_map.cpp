@@ -2,6 +2,7 @@
 #include "codegen/targets/c99_map.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlo/kernels/activation.h>
 #include <algorithm>
@@ -53,6 +54,37 @@ std::map<std::string, std::string> activation_values(Activation kind, const std:
 std::string add_linear_path(const std::string& prefix, Eigen::Index inputs, const std::string& in) {
   return fmt::format("for (int i = 0; i < {0}; ++i) {{ total += k{1}LinearPath[({0} * o) + i] * {2}[i]; }}\n", inputs,
                      prefix, in);
+}
+
+/// Returns the tables of the rows that states fall back to.
+std::string fallback_tables(const FoldedNetwork& map, const Initialiser& init) {
+  const Fallback& fallback = map.fallback;
+  if (fallback.outputs.empty()) return "";
+  const auto vector = [&](const char* name, const Eigen::VectorXd& values, const std::string& field) {
+    return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, values.size(),
+                       init.vector(values, map.field + ".fallback." + field));
+  };
+  return fmt::format(
+             "// Linear rows that states fall back to where T* is far from them.\n"
+             "static const IN_FLASH uint16_t kFallbackOutputs[{}] = {{{}}};\n",
+             fallback.outputs.size(), fmt::join(fallback.outputs, ", ")) +
+         table(init, "kFallbackRows", fallback.rows, map.field + ".fallback.rows") +
+         vector("kFallbackOffset", fallback.offset, "offset") +
+         vector("kFallbackPerReach", fallback.reach.cwiseInverse(), "reach");
+}
+
+/// Returns the code that corrects `x_hat`, the value of T* at `in`.
+std::string fallback_code(const FoldedNetwork& map) {
+  if (map.fallback.outputs.empty()) return "";
+  return fmt::format(
+      "  for (int f = 0; f < {}; ++f) {{\n"
+      "    Scalar row = kFallbackOffset[f];\n"
+      "    for (int i = 0; i < {}; ++i) {{ row += kFallbackRows[({} * f) + i] * in[i]; }}\n"
+      "    const Scalar apart = x_hat[kFallbackOutputs[f]] - row;\n"
+      "    const Scalar ratio = apart * kFallbackPerReach[f];\n"
+      "    x_hat[kFallbackOutputs[f]] = row + apart / ((Scalar)1 + ratio * ratio);\n"
+      "  }}\n",
+      map.fallback.outputs.size(), map.columns(), map.columns());
 }
 
 /// A folded network in C99: its tables, and the calls that evaluate it.
@@ -244,8 +276,9 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   if (folded.inverse_map() == nullptr)  // z is the estimate
     return estimate_head(name, m, folded, init) + "  copy(x_hat, in, kNx);\n}\n";
   const NetworkText text = network_text("", *folded.inverse_map(), "x_hat", false, init);
-  return "// Weights of T*, one neuron per line.\n" + text.tables + product_table(*folded.inverse_map()) + "\n" +
-         estimate_head(name, m, folded, init) + text.calls + "}\n";
+  return "// Weights of T*, one neuron per line.\n" + text.tables + product_table(*folded.inverse_map()) +
+         fallback_tables(*folded.inverse_map(), init) + "\n" + estimate_head(name, m, folded, init) + text.calls +
+         fallback_code(*folded.inverse_map()) + "}\n";
 }
 
 std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
@@ -272,7 +305,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
                       init.vector(map.scale.cast<double>(), "inverse_map.layers"));
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
-  text += product_table(*folded.inverse_map()) + "\n";
+  text += product_table(*folded.inverse_map()) + fallback_tables(*folded.inverse_map(), init) + "\n";
   if (!quantised.units) text += c99_integer_arithmetic(quantised);  // else before the step
 
   text += estimate_head(name, m, folded, init);
@@ -282,7 +315,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
       body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
   if (linear) text += "    " + add_linear_path("", in, "in");
-  return text + "    x_hat[o] = total;\n  }\n}\n";
+  return text + "    x_hat[o] = total;\n  }\n" + fallback_code(*folded.inverse_map()) + "}\n";
 }
 
 }  // namespace nlo::codegen

@@ -2,11 +2,13 @@
 #include "codegen/text/cpp_network.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlo/kernels/panels.h>
 
 #include <vector>
 
 #include "codegen/model/activations.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
@@ -113,16 +115,22 @@ std::string CppNetwork::map_type(const Initialiser& init) const {
     return "QuantisedUnits<" + type +
            (quantised->centre.size() > 0 ? ", " + std::to_string(quantised->centre.size()) : "") + ">";
   const Eigen::Index out = network.layers.back().bias.size();
+  const bool has_more = has_products() || has_fallback();
   const std::string path = has_linear_path()
                                ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.columns(), out)
-                           : error || has_products() ? ", NoLinearPath"
-                                                     : "";
+                           : error || has_more ? ", NoLinearPath"
+                                               : "";
   const std::string head =
       error ? fmt::format(", ErrorHead<{}, {}, {}>", init.scalar_name(), error->layer.weights.cols() / 2, out)
-      : has_products() && !quantised ? ", NoErrorHead"
-                                     : "";
-  const std::string products = has_products() ? fmt::format(", ClockProducts<{}>", network.products.size()) : "";
-  return std::string(quantised ? "QuantisedMap" : "LearnedMap") + "<" + type + path + head + products + ">";
+      : has_more && !quantised ? ", NoErrorHead"
+                               : "";
+  const std::string products = has_products()   ? fmt::format(", ClockProducts<{}>", network.products.size())
+                               : has_fallback() ? ", NoClockProducts"
+                                                : "";
+  const std::string fallback = has_fallback() ? fmt::format(", FallbackRows<{}, {}, {}>", init.scalar_name(),
+                                                            network.columns(), network.fallback.outputs.size())
+                                              : "";
+  return std::string(quantised ? "QuantisedMap" : "LearnedMap") + "<" + type + path + head + products + fallback + ">";
 }
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {
@@ -151,6 +159,17 @@ std::string CppNetwork::initialiser(const Initialiser& init, const std::string& 
       pairs += fmt::format("{}{{{}, {}}}", pairs.empty() ? "" : ", ", factor, clock);
     text += fmt::format("        .products = {{.factors = {{{}}}}},  // rows of [z; y] and of the clock\n", pairs);
   }
+  if (has_fallback()) {
+    const Fallback& fallback = network.fallback;
+    text += fmt::format(
+        "        .fallback = {{.outputs = {{{}}},\n"
+        "                     .weights = {},\n"
+        "                     .offset = {},\n"
+        "                     .per_reach = {}}},\n",
+        fmt::join(fallback.outputs, ", "), init.rows(fallback.rows, 12, field + ".fallback.rows"),
+        init.vector(fallback.offset, field + ".fallback.offset"),
+        init.vector(fallback.reach.cwiseInverse(), field + ".fallback.reach"));
+  }
   return text + "    },\n";
 }
 
@@ -161,11 +180,14 @@ std::string CppNetwork::description() const {
               ? ", linear"
               : " " + std::string(activation_row(activation_row(network.activation).trained_as).name);
   return text + (has_linear_path() ? " and a linear path" : "") + ", reads " + reads +
-         (has_products() ? fmt::format(" and {} products with clocks", network.products.size()) : "");
+         (has_products() ? fmt::format(" and {} products with clocks", network.products.size()) : "") +
+         (has_fallback() ? ", fallback rows for " + counted(std::to_string(network.fallback.outputs.size()), "state")
+                         : "");
 }
 
 Eigen::Index CppNetwork::multiply_adds() const {
-  Eigen::Index count = network.linear_path.size() + static_cast<Eigen::Index>(network.products.size());
+  Eigen::Index count =
+      network.linear_path.size() + static_cast<Eigen::Index>(network.products.size()) + network.fallback.rows.size();
   for (const DenseLayer& dense : network.layers) count += dense.weights.size();
   return count;
 }
@@ -184,6 +206,11 @@ Eigen::Index CppNetwork::constant_bytes(const Initialiser& init) const {
   Eigen::Index bytes = network.linear_path.size() * scalar + (indices + scalar - 1) / scalar * scalar;
   for (const DenseLayer& dense : network.layers)  // biases are aligned
     bytes += (dense.weights.size() * one + scalar - 1) / scalar * scalar + dense.bias.size() * scalar;
+  if (has_fallback()) {
+    const Fallback& fallback = network.fallback;
+    const Eigen::Index outputs = 2 * fallback.rows.rows();  // an index of 16 bits each
+    bytes += (fallback.rows.size() + 2 * fallback.rows.rows()) * scalar + (outputs + scalar - 1) / scalar * scalar;
+  }
   if (error) bytes += (error->layer.weights.size() + 4 * error->layer.bias.size()) * scalar;
   return bytes;
 }

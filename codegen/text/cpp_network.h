@@ -23,6 +23,7 @@ struct CppNetwork {
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
   bool has_products() const { return !network.products.empty(); }
+  bool has_fallback() const { return !network.fallback.outputs.empty(); }
 
   /// Returns the constants kLayer1, ... with a comment each, for the namespace weights.
   std::string layers(const Initialiser& init) const;
@@ -31,7 +32,7 @@ struct CppNetwork {
   std::string using_declaration() const;
 
   /// Returns `LearnedMap<Network, LinearPath<float, 3, 2>>`. The optional parts after the network are the linear path,
-  /// the error head and the products with clocks.
+  /// the error head, the products with clocks and the fallback.
   std::string map_type(const Initialiser& init) const;
 
   /// Returns `    .inverse_map = {...},`.

@@ -13,15 +13,15 @@ strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wsh
 
 # name:example:scalar
 exports=()
-for name in rig van_der_pol pendulum general driven commanded commanded_general gated failing two_rates clocked computed saturating rig_error gated_error carried prior prior_functions; do exports+=("${name}_double:$name:double"); done
+for name in rig van_der_pol pendulum general driven commanded commanded_general gated failing two_rates clocked fallback computed saturating rig_error gated_error carried prior prior_functions; do exports+=("${name}_double:$name:double"); done
 for name in $("$export_model"); do exports+=("$name:$name:float"); done
-for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4 commanded failing two_rates clocked clocked_rig computed gated commanded_gated saturating_rig rig_error; do exports+=("${name}_int16:$name:int16"); done
+for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4 commanded failing two_rates clocked clocked_rig fallback computed gated commanded_gated saturating_rig rig_error; do exports+=("${name}_int16:$name:int16"); done
 for name in rig van_der_pol tiny_relu pendulum driven rig_error; do exports+=("${name}_bf16:$name:float,bf16"); done
 for name in van_der_pol general; do exports+=("${name}_fp16:$name:float,fp16"); done
 coarse=(van_der_pol_coarse rig_coarse general_coarse driven_coarse) # tanh within 5e-5
 for name in "${coarse[@]}"; do exports+=("$name:${name%_coarse}:float,,100"); done
 exports+=("tiny_tanh_coarse:tiny_tanh:float,bf16,100")
-deterministic=(commanded commanded_int16 computed failing failing_rig failing_int16 two_rates two_rates_int16 clocked clocked_int16 clocked_rig slow_angle saturating saturating_rig saturating_rig_int16 rig_int16 rig_bf16 van_der_pol_fp16 van_der_pol_coarse rig_error saturating_rig_error failing_error)
+deterministic=(commanded commanded_int16 computed failing failing_rig failing_int16 two_rates two_rates_int16 clocked clocked_int16 clocked_rig fallback fallback_int16 slow_angle saturating saturating_rig saturating_rig_int16 rig_int16 rig_bf16 van_der_pol_fp16 van_der_pol_coarse rig_error saturating_rig_error failing_error)
 
 {
   for entry in "${exports[@]}"; do

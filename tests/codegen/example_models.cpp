@@ -402,6 +402,28 @@ Model clocked_rig_model() {
   return m;
 }
 
+Model fallback_model() {
+  Model m = clocked_model();
+  m.name = "fallback";
+  Network& map = *inverse_map(m);
+  Uniform uniform(73);
+  map.fallback = {{1},
+                  uniform.matrix(1, map.features.rows(), 0.3),
+                  Eigen::VectorXd::Constant(1, 0.2),
+                  Eigen::VectorXd::Constant(1, 0.7)};
+  return m;
+}
+
+void fall_back(const Fallback& fallback, const Eigen::VectorXd& in, Eigen::VectorXd& out) {
+  for (std::size_t f = 0; f < fallback.outputs.size(); ++f) {
+    const auto at = static_cast<Eigen::Index>(f);
+    const double row = fallback.rows.row(at).dot(in) + fallback.offset(at);
+    double& estimate = out(fallback.outputs[f]);
+    const double ratio = (estimate - row) / fallback.reach(at);
+    estimate = row + (estimate - row) / (1.0 + ratio * ratio);
+  }
+}
+
 Model encoder_model() {
   Model m = blank("encoder", 1, 3);
   m.outputs = {{"encoder", "rad", 0.0}};
@@ -758,6 +780,7 @@ std::vector<Model> example_models() {
                                commanded_ramp_model(),
                                clocked_model(),
                                clocked_rig_model(),
+                               fallback_model(),
                                failing_model(),
                                watched_model(),
                                watched_rig_model(),

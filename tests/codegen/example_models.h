@@ -61,6 +61,10 @@ Model commanded_ramp_model();
 /// `commanded_model` and `rig_model` whose T* also reads the products of its features with their clock.
 Model clocked_model();
 Model clocked_rig_model();
+Model fallback_model();
+
+/// Applies the fallback of a folded network to its output `out`; in: [in; products].
+void fall_back(const Fallback& fallback, const Eigen::VectorXd& in, Eigen::VectorXd& out);
 
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
 Model failing_model();

@@ -108,6 +108,7 @@ double relative_error(const FoldedNetwork& folded, const InputBox& box, const Qu
       a = a.unaryExpr(activation_row(folded.activation).value).eval();
     }
     if (folded.linear_path.size() != 0) a += folded.linear_path * all;
+    fall_back(folded.fallback, all, a);
     error = std::max(error, (evaluate(q, in.cast<float>()).cast<double>() - a).cwiseAbs().maxCoeff());
     largest = std::max(largest, a.cwiseAbs().maxCoeff());
   }

@@ -251,7 +251,7 @@ TEST(ReferenceNetwork, MultipliesFeaturesByTheirClocks) {
 
 TEST(ReferenceNetwork, IsItsFoldedFormWithProductsOfClocks) {
   constexpr double kTolerance = 1e-10;  // sums of 100 terms of order 10, in double
-  for (const Model& m : {clocked_model(), clocked_rig_model()}) {
+  for (const Model& m : {clocked_model(), clocked_rig_model(), fallback_model()}) {
     const Network& map = *inverse_map(m);
     const FoldedNetwork folded = *fold(m).inverse_map();
     EXPECT_EQ(folded.inputs(), m.nz() + m.nr()) << m.name;
@@ -261,6 +261,24 @@ TEST(ReferenceNetwork, IsItsFoldedFormWithProductsOfClocks) {
                           got = ReferenceNetwork<double>(unfolded(folded, folded.inputs()))(in);
     EXPECT_LT((got - expected).cwiseAbs().maxCoeff(), kTolerance) << m.name;
   }
+}
+
+TEST(ReferenceNetwork, FallsBackToItsRowFarFromIt) {
+  Network n;
+  n.features = Eigen::MatrixXd::Ones(1, 1);
+  n.feature_mean = Eigen::VectorXd::Constant(1, 1.0);
+  n.feature_scale = Eigen::VectorXd::Constant(1, 2.0);
+  n.layers = {{Eigen::MatrixXd::Constant(2, 1, 10.0), Eigen::VectorXd::Zero(2)}};
+  n.output_mean = Eigen::VectorXd::Zero(2);
+  n.output_scale = Eigen::VectorXd::Ones(2);
+  n.fallback = {
+      {1}, Eigen::MatrixXd::Constant(1, 1, 6.0), Eigen::VectorXd::Constant(1, 1.0), Eigen::VectorXd::Constant(1, 3.0)};
+  // u = (in - 1) / 2, out = 10 u, row = 1 + 6 u. At u = 1 they are one reach apart, so half of the distance remains.
+  const Eigen::MatrixXd out = ReferenceNetwork<double>(n)(Eigen::RowVector3d(1.5, 3.0, 1e12));
+  EXPECT_EQ(out.row(0), Eigen::RowVector3d(2.5, 10.0, 5e12 - 5.0)) << "output 0 has no fallback";
+  EXPECT_EQ(out(1, 0), 2.5) << "the network meets the row there";
+  EXPECT_EQ(out(1, 1), 8.5);
+  EXPECT_NEAR(out(1, 2) / (1.0 + 6.0 * (0.5e12 - 0.5)), 1.0, 1e-11);
 }
 
 TEST(ReferenceNetwork, DerivativeOfProductsMeetsCentralDifferences) {

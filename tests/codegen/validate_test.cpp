@@ -60,6 +60,21 @@ const Row kRows[] = {
      "initial_latent has 3 entries; it must have 2 (n_x"},
     {"RelativeOutputThatIsNotThere", rig_model, [](Model& m) { linear_latent(m)->relative_outputs = {2}; },
      "relative_outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+    {"FallbackOfNoOutput", fallback_model, [](Model& m) { inverse_map(m)->fallback.outputs[0] = 2; },
+     "inverse_map.fallback.outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+    {"FallbackOfAnotherShape", fallback_model, [](Model& m) { inverse_map(m)->fallback.rows.resize(1, 3); },
+     "inverse_map.fallback.rows is 1 x 3; it must be 1 x 13"},
+    {"FallbackWithoutReach", fallback_model, [](Model& m) { inverse_map(m)->fallback.reach(0) = 0.0; },
+     "inverse_map.fallback.reach[0] is 0"},
+    {"FallbackOfAnAngle", fallback_model, [](Model& m) { m.states[1].wrap = 6.283185307179586; }, "which wraps"},
+    {"FallbackThatOverflows", fallback_model, [](Model& m) { inverse_map(m)->fallback.offset(0) = 1e31; },
+     "inverse_map.fallback.rows[0] may add up to 1e+31"},
+    {"FallbackOfGates", gated_model,
+     [](Model& m) {
+       Network& gates = std::get<Gated>(m.structure).gates;
+       gates.fallback = {{0}, Eigen::MatrixXd::Zero(1, 7), Eigen::VectorXd::Zero(1), Eigen::VectorXd::Ones(1)};
+     },
+     "gates has no fallback, only inverse_map has one"},
     {"FeatureClockOfAnotherSize", clocked_model, [](Model& m) { inverse_map(m)->feature_clocks.pop_back(); },
      "inverse_map.feature_clocks has 12 entries; it must have 13"},
     {"FeatureClockThatIsDriven", clocked_model, [](Model& m) { inverse_map(m)->feature_clocks[7] = 2; },

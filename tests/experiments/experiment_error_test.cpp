@@ -60,6 +60,8 @@ TEST(ConfigErrors, Ranges) {
           {"steps = 10", "early_share = 0.3", "e.toml:19", "early_share needs early_s"},
           {"[training]", "[inverse_map]\nhidden = []\nerror = true\n[training]", "e.toml:20",
            "error reads the last hidden layer of T*, and hidden = [] leaves it none"},
+          {"[training]", "[inverse_map]\nfallback = true\n[training]", "e.toml:19",
+           "fallback is chosen on logs that are left out, and none are"},
           {"steps = 10", "segment_s = 20.0", "e.toml:19", "segment_s is 20; it must be at most horizon_s, 10"},
           {"-2.0]", "2.0]", "e.toml:14", "eigenvalues[1] is 2; it must be a finite number < 0"},
           {"[-0.5, 1.0]", "[0.5, 1.0]", "e.toml:15", "pairs[0] has the real part 0.5; it must be < 0"},

@@ -3,12 +3,15 @@
 // within a bound that is carried along through the layers; products also against finite differences.
 #include <nlo/jvp.h>
 #include <nlo/mlp.h>
+#include <nlo/mlp_batch.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "tests/runtime/testing.h"
@@ -207,6 +210,76 @@ TEST(InverseMap, AddsItsLinearPath) {
   EXPECT_EQ(full[1], plain[1]);
   EXPECT_NEAR(full[2], plain[2] - 8.5F, kRounding);
   EXPECT_EQ(sizeof(without), sizeof(network));
+}
+
+/// Returns a network with 5 inputs and 3 outputs, 2 of which fall back, and the same network without a fallback.
+auto maps_with_and_without_fallback() {
+  std::mt19937 random(8);
+  const auto first = random_dense<float, 5, 16>(random);
+  const auto last = random_dense<float, 16, 3>(random);
+  const auto network = make_mlp<Activation::kTanh>(first, last);
+  using Rows = FallbackRows<float, 5, 2>;
+  using Map = LearnedMap<decltype(network), NoLinearPath, NoErrorHead, NoClockProducts, Rows>;
+  const Rows rows{{0, 2}, {{1, -2, 0.5F, 0, 3}, {0, 0, 0.25F, 0, -1}}, {0.3F, -0.2F}, {2.0F, 0.5F}};
+  return std::pair{Map{network, {}, {}, {}, rows}, LearnedMap<decltype(network)>{network}};
+}
+
+TEST(Fallback, IsItsEquationForOutputsWithARowAndLeavesOthersAlone) {
+  const auto [with, without] = maps_with_and_without_fallback();
+  std::mt19937 random(12);
+  double nearest = 1e9, farthest = 0.0;  // ratios of distance and reach
+  for (int k = 0; k < 200; ++k) {
+    float in[5], out[3], plain[3];
+    for (float& value : in) value = testing::uniform<float>(random, -2.0, 2.0);
+    with.evaluate(in, out);
+    without.evaluate(in, plain);
+    EXPECT_EQ(out[1], plain[1]);
+    for (int f = 0; f < 2; ++f) {
+      const int o = with.fallback.outputs[f];
+      double row = static_cast<double>(with.fallback.offset[f]);
+      for (int i = 0; i < 5; ++i) row += static_cast<double>(with.fallback.weights[f][i]) * static_cast<double>(in[i]);
+      const double distance = static_cast<double>(plain[o]) - row;
+      const double ratio = distance * static_cast<double>(with.fallback.per_reach[f]);
+      EXPECT_NEAR(static_cast<double>(out[o]), row + distance / (1.0 + ratio * ratio), 1e-5);  // sums below 20 in float
+      nearest = std::min(nearest, std::fabs(ratio));
+      farthest = std::max(farthest, std::fabs(ratio));
+    }
+  }
+  EXPECT_LT(nearest, 0.1) << "control: the network decided somewhere";
+  EXPECT_GT(farthest, 5.0) << "control: the row decided somewhere";
+  EXPECT_EQ(sizeof(without), sizeof(without.mlp)) << "costs nothing where unused";
+}
+
+TEST(Fallback, IsFiniteAndWithinHalfAReachOfTheRowForTheLargestNumbersOfAModel) {
+  constexpr float kNumbers[] = {0.0F, 1e-30F, 1.0F, 1e15F, 1e30F};  // up to the limits of validate()
+  constexpr double kRounding = 4.0 * static_cast<double>(std::numeric_limits<float>::epsilon());
+  for (const float size : kNumbers)
+    for (const float row_size : kNumbers)
+      for (const float reach : {1e-30F, 1e-3F, 1.0F, 1e30F})
+        for (const float estimate : {size, -size})
+          for (const float row : {row_size, -row_size}) {
+            const float result = fall_back<Arithmetic::kDeterministic>(estimate, row, 1.0F / reach);
+            ASSERT_TRUE(std::isfinite(result)) << estimate << ", row " << row << ", reach " << reach;
+            const double off = std::fabs(static_cast<double>(result) - static_cast<double>(row));
+            EXPECT_LE(off, 0.5 * (1.0 + kRounding) * static_cast<double>(reach) +
+                               kRounding * std::fabs(static_cast<double>(row)))
+                << estimate << ", row " << row << ", reach " << reach;
+          }
+}
+
+TEST(Fallback, OfABatchHasTheBitsOfEachPlantAlone) {
+  constexpr int kPlants = 6;
+  const auto map = maps_with_and_without_fallback().first;
+  std::mt19937 random(13);
+  float in[5 * kPlants], out[3 * kPlants];
+  for (float& value : in) value = testing::uniform<float>(random, -2.0, 2.0);
+  evaluate_batch<Arithmetic::kDeterministic, kPlants>(map, in, out);
+  for (int n = 0; n < kPlants; ++n) {
+    float one_in[5], one_out[3];
+    for (int i = 0; i < 5; ++i) one_in[i] = in[i * kPlants + n];
+    map.evaluate<Arithmetic::kDeterministic>(one_in, one_out);
+    for (int o = 0; o < 3; ++o) EXPECT_EQ(out[o * kPlants + n], one_out[o]) << "plant " << n << ", output " << o;
+  }
 }
 
 template <Activation kKind>

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <random>
@@ -14,6 +15,8 @@
 #include "tests/training/training_testing.h"
 #include "trainer/data/log_files.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/readout_rows.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {
@@ -63,6 +66,111 @@ TEST(StateSquares, ABlendOfTwoIndependentErrorsHasHalfTheirVariance) {
   EXPECT_DOUBLE_EQ(squares.blend(1, 0.5), 0.0);
   EXPECT_DOUBLE_EQ(squares.blend(2, 1.0), squares.map);
   EXPECT_DOUBLE_EQ(squares.blend(2, 0.0), squares.row[2]);
+}
+
+TEST(Fallback, IsWrittenBesideTheNetworkAndLeavesOtherStatesAlone) {
+  codegen::Model model;
+  model.structure = codegen::Kkl{};
+  model.initial_latent = Eigen::VectorXd::Zero(1);
+  model.outputs = {{"y", "m"}};
+  model.states = {{"a", "m"}, {"b", "m"}};
+  codegen::Network& map = *codegen::inverse_map(model);
+  map.features = Eigen::RowVector2d(1.0, 0.0);
+  map.feature_mean = Eigen::VectorXd::Zero(1);
+  map.feature_scale = map.feature_mean.array() + 1.0;
+  map.layers = {{Eigen::MatrixXd::Ones(3, 1), Eigen::VectorXd::Zero(3)},
+                {Eigen::MatrixXd::Ones(2, 3), Eigen::VectorXd::Zero(2)}};
+  map.output_mean = Eigen::VectorXd::Zero(2);
+  map.output_scale = map.output_mean.array() + 1.0;
+  SampledTruth samples;
+  samples.z = Eigen::RowVector3d(0.1, 0.2, 0.3);
+  samples.y = samples.z;
+  const RowInputs inputs(model, samples);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, 1 + inputs.all());
+  rows(1, 0) = 0.5;
+  rows(1, 1) = 2.0;
+  const codegen::Network before = map;
+  write_readout(map, inputs, Eigen::Vector2d(1.0, 1.0), Eigen::Vector2d(0.0, 0.7), rows, false, true);
+  EXPECT_THAT(map.fallback.outputs, ElementsAre(1));
+  EXPECT_EQ(map.fallback.offset(0), 0.5);
+  EXPECT_EQ(map.fallback.rows(0, 0), 2.0);
+  EXPECT_EQ(map.fallback.reach(0), 0.7);
+  EXPECT_EQ(map.layers.back().weights, before.layers.back().weights) << "the network is as trained";
+  EXPECT_EQ(map.skip.size(), 0);
+}
+
+TEST(Fallback, IsChosenIfErrorsOnLeftOutLogsAreFivePercentSmaller) {
+  Experiment experiment = testing::small_experiment();
+  experiment.inverse_map.readout = ReadoutChoice::kSelected;
+  experiment.inverse_map.fallback = true;
+  experiment.training.steps = 3;
+  const Dataset training = testing::harmonics({40, 60, 33, 50}, false, 1), others = testing::harmonics({50}, false, 2);
+  TrainOptions options;
+  options.left_out = {{"", others}};
+  LeftOutGroup group = train(experiment, training, others, options).left_out.at(0);
+  // T* has an error of 1 on left-out logs, rows have 2, and no blend is better. The error with a fallback is given.
+  const auto set = [](SetSquares& all, double with_fallback) {
+    for (StateSquares& state : all) {
+      state.map = state.deviation = 1.0;
+      std::ranges::fill(state.row, 4.0);
+      std::ranges::fill(state.both, 1.0);
+      for (auto& squares : state.fallback) squares.fill(with_fallback * with_fallback);
+    }
+  };
+  const auto trained = [&](double with_fallback) {
+    set(group.squares.all, with_fallback);
+    for (SetSquares& window : group.squares.windows) set(window, with_fallback);
+    TrainOptions chosen;
+    chosen.evidence = {group, group};
+    return train(experiment, training, others, chosen);
+  };
+  const TrainingResult better = trained(0.94), alike = trained(0.96);
+  EXPECT_THAT(codegen::inverse_map(better.model)->fallback.outputs, ElementsAre(0, 1));
+  EXPECT_NEAR(better.readout[0].shipped, 0.94, 1e-9) << "rounding of a geometric mean";
+  EXPECT_EQ(better.readout[0].share, 1.0);
+  EXPECT_TRUE(codegen::inverse_map(alike.model)->fallback.outputs.empty());
+  EXPECT_EQ(alike.readout[0].reach, 0.0);
+  experiment.inverse_map.fallback = false;
+  EXPECT_TRUE(codegen::inverse_map(trained(0.5).model)->fallback.outputs.empty())
+      << "only if the experiment asks for it";
+}
+
+/// Each log has a level of its own, and "grip" is the level, plus a ripple at levels within 1: a network knows the
+/// ripple after training there, and only a linear row is right at all other levels.
+Dataset logs_with_ripple(const std::vector<double>& levels) {
+  Dataset data = logs_with_a_level_each(static_cast<int>(levels.size()), 1);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    Trajectory& run = data.trajectories[i];
+    run.outputs.setConstant(levels[i]);
+    run.states.row(0) = run.outputs.row(0);
+    run.states.row(1).setConstant(levels[i] + (std::abs(levels[i]) < 1.0 ? 0.3 * std::cos(6.0 * levels[i]) : 0.0));
+  }
+  return data;
+}
+
+TEST(Fallback, IsTakenIfTheNetworkIsWrongOutsideItsLogsAndNotIfItIsRightEverywhere) {
+  std::vector<double> levels;
+  for (int i = -19; i <= 19; ++i) levels.push_back(0.05 * i);
+  const Dataset training = logs_with_ripple(levels);
+  const auto trained = [&](const std::vector<double>& left_out) {
+    TrainOptions options;
+    options.left_out = {{"", logs_with_ripple(left_out)}};
+    Experiment experiment = experiment_of_logs(0);
+    experiment.inverse_map.fallback = true;
+    return train(experiment, training, training, options);
+  };
+  const std::vector<double> inside = {-0.93, -0.57, -0.22, 0.02, 0.38, 0.78}, beyond = {-0.93, -0.22, 0.38, 2.5, -2.5};
+  const TrainingResult wrong = trained(beyond), right = trained(inside);
+  const StateReadout &helped = wrong.readout[1], &plain = right.readout[1];
+  EXPECT_GT(helped.trained, 0.5) << "control: the network is wrong at levels of 2.5";
+  EXPECT_GT(helped.reach, 0.0);
+  EXPECT_LE(helped.shipped, 0.95 * std::min(helped.trained, helped.linear));
+  EXPECT_LT(plain.trained, 0.5 * plain.linear) << "control: within its levels the network is right";
+  EXPECT_EQ(plain.reach, 0.0);
+  EXPECT_EQ(plain.share, 1.0);
+  const Dataset far = logs_with_ripple({2.5});
+  EXPECT_LT(testing::reference_rmse(wrong.model, far), 0.5 * testing::reference_rmse(right.model, far))
+      << "the choice is in the model";
 }
 
 TEST(Folds, EachLogIsLeftOutOnceAndNeighboursPart) {

@@ -172,6 +172,7 @@ struct InverseMapConfig {
   double ridge = 1e-6;              ///< its regularisation, relative to the features' mean power
   bool error = false;               ///< T* also gives the standard deviation of each state's error
   ReadoutChoice readout = ReadoutChoice::kSelected;
+  bool fallback = false;  ///< states may fall back to a linear row (codegen::Fallback) if that helps on left-out logs
 };
 
 /// [training]

@@ -82,6 +82,11 @@ void check_training(const Experiment& e) {
         "inverse_map.error",
         "[inverse_map] error reads the last hidden layer of T*, and hidden = [] leaves it none; give it one, "
         "or remove error");
+  if (e.inverse_map.fallback && (!e.log || e.validation.folds == 0 || !is_chosen(e.inverse_map.readout)))
+    throw KeyError(
+        "inverse_map.fallback",
+        "[inverse_map] fallback is chosen on logs that are left out, and none are; give [log] with folds and "
+        "without readout = \"network\", or remove fallback");
   check_steps(e);
   check_input_noise(e);
 }

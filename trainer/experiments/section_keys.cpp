@@ -285,6 +285,9 @@ const std::vector<Key<InverseMapConfig>>& keys() {
                           "readout that ships; selected: for each state the network, a linear row or a blend of both, "
                           "whichever is best on validation data; settled: the same, by the error after the transient; "
                           "network: T* as trained")),
+      only_when_given(key("fallback", &I::fallback, any(),
+                          "true: a state falls back to a linear row where T* is far from it, if errors on left-out "
+                          "logs are at least 5 % smaller with it; false: never")),
   };
   return kKeys;
 }

@@ -144,9 +144,47 @@ struct NoClockProducts {
   static constexpr int kCount = 0;
 };
 
-/// A learned map: network, optional linear path, and for T* an optional error head and optional products with clocks.
+/// Returns row + w (estimate - row) with w = 1 / (1 + ((estimate - row) per_reach)^2). The result is within
+/// 1 / (2 per_reach) of the row. If the square overflows, w is 0.
+template <Arithmetic kArithmetic, class Scalar>
+NLO_INLINE Scalar fall_back(Scalar estimate, Scalar row, Scalar per_reach) {
+  const Scalar apart = estimate - row, ratio = apart * per_reach;
+  return row + apart / multiply_add<kArithmetic>(ratio, ratio, Scalar(1));
+}
+
+/// Linear rows of some outputs of T*. Where the network is far from its row, fall_back() follows the row.
+template <class Scalar, int kIn, int kCount_>
+struct FallbackRows {
+  static constexpr int kCount = kCount_;
+  std::uint16_t outputs[kCount];  ///< output of each row
+  Scalar weights[kCount][kIn];
+  Scalar offset[kCount];
+  Scalar per_reach[kCount];  ///< 1 / distance from the row of which half remains
+
+  /// Corrects kTogether estimates at once: `in` is n_in x kTogether, `out` n_out x kTogether.
+  template <Arithmetic kArithmetic, int kTogether = 1>
+  NLO_INLINE void correct(const Scalar* in, Scalar* out) const {
+    for (int f = 0; f < kCount; ++f) {
+      Scalar rows[kTogether];
+      for (int n = 0; n < kTogether; ++n) rows[n] = offset[f];
+      for (int i = 0; i < kIn; ++i)
+        for (int n = 0; n < kTogether; ++n)
+          rows[n] = multiply_add<kArithmetic>(weights[f][i], in[i * kTogether + n], rows[n]);
+      Scalar* estimates = out + outputs[f] * kTogether;
+      for (int n = 0; n < kTogether; ++n) estimates[n] = fall_back<kArithmetic>(estimates[n], rows[n], per_reach[f]);
+    }
+  }
+};
+
+/// Stands for a map whose outputs do not fall back.
+struct NoFallback {
+  static constexpr int kCount = 0;
+};
+
+/// A learned map: network, optional linear path, and for T* an optional error head, optional products with clocks and
+/// an optional fallback.
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead,
-          class ClockProducts_ = NoClockProducts>
+          class ClockProducts_ = NoClockProducts, class Fallback_ = NoFallback>
 struct LearnedMap {
   using Scalar = typename Mlp_::Scalar;
   static constexpr int kReads = Mlp_::kIn;  ///< inputs and products
@@ -155,6 +193,7 @@ struct LearnedMap {
   static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
   static constexpr bool kHasError = !std::is_same_v<ErrorHead_, NoErrorHead>;
   static constexpr bool kHasClockProducts = ClockProducts_::kCount > 0;
+  static constexpr bool kHasFallback = Fallback_::kCount > 0;
   static_assert(!kHasLinearPath || std::is_same_v<LinearPath_, LinearPath<Scalar, kReads, kOut>> ||
                     std::is_same_v<LinearPath_, NoLinearPath>,
                 "the linear path has the network's inputs and outputs");
@@ -162,6 +201,7 @@ struct LearnedMap {
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ErrorHead_ error{};
   [[no_unique_address]] ClockProducts_ products{};
+  [[no_unique_address]] Fallback_ fallback{};
 
   /// out = map(in), n_out; in, n_in: for T* this is [z; y] or z. log2_sigma, n_out: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
@@ -191,6 +231,7 @@ struct LearnedMap {
         out[o] = total;
       }
     }
+    if constexpr (kHasFallback) fallback.template correct<kArithmetic>(in, out);
   }
 };
 

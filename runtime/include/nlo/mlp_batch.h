@@ -19,10 +19,11 @@ void evaluate_batch(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, 
   kernels::evaluate_batch<kKind, kArithmetic, kPlants>(mlp, in, out, ping.values, pong.values);
 }
 
-template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead, class Products>
-void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead, Products>& map, const typename Net::Scalar* in,
-                    typename Net::Scalar* out) {
-  using Map = LearnedMap<Net, LinearPath, ErrorHead, Products>;
+template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead, class Products,
+          class Fallback>
+void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead, Products, Fallback>& map,
+                    const typename Net::Scalar* in, typename Net::Scalar* out) {
+  using Map = LearnedMap<Net, LinearPath, ErrorHead, Products, Fallback>;
   LayerBuffer<typename Net::Scalar, Map::kHasClockProducts ? Net::kIn * kPlants : 1> all;
   if constexpr (Map::kHasClockProducts) {
     map.products.template append<Map::kIn, kPlants>(in, all.values);
@@ -39,6 +40,7 @@ void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead, Products>& map,
       }
     }
   }
+  if constexpr (Map::kHasFallback) map.fallback.template correct<kArithmetic, kPlants>(in, out);
 }
 
 }  // namespace nlo::inline NLO_ISA

@@ -119,8 +119,10 @@ constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first
   }(Tail{make_quantised_mlp<kKind>(rest...)});
 }
 
-/// T*: scales the inputs to Q15, evaluates the integer network, scales its sums to float, and adds the linear path.
-template <class Mlp_, class LinearPath_ = NoLinearPath, class ClockProducts_ = NoClockProducts>
+/// T*: scales the inputs to Q15, evaluates the integer network, scales its sums to float, adds the linear path, and
+/// falls back to rows where the result is far from them.
+template <class Mlp_, class LinearPath_ = NoLinearPath, class ClockProducts_ = NoClockProducts,
+          class Fallback_ = NoFallback>
 struct QuantisedMap {
   using Scalar = float;
   static constexpr int kReads = Mlp_::kIn;  ///< inputs and products
@@ -134,6 +136,7 @@ struct QuantisedMap {
   float scale[kOut];  ///< factor from the sums of the last layer to x_hat
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ClockProducts_ products{};
+  [[no_unique_address]] Fallback_ fallback{};
 
   /// out = T*(in), n_out; in = [z; y] or z, n_in.
   template <Arithmetic = Arithmetic::kDeterministic>
@@ -165,6 +168,7 @@ struct QuantisedMap {
       }
       out[o] = total;
     }
+    if constexpr (Fallback_::kCount > 0) fallback.template correct<Arithmetic::kDeterministic>(in, out);
   }
 };
 

@@ -60,7 +60,7 @@ std::string readout_table(const RunReport& report) {
                "linear row", "sensor", "shipped", "what ships"}};
   for (const StateReadout& s : readout)
     table.add_row({s.state, significant(s.trained), significant(s.linear), significant(s.sensor),
-                   significant(s.shipped), share_text(s.share)});
+                   significant(s.shipped), readout_text(s)});
   return table.to_text(2) + "\n";
 }
 

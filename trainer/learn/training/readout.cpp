@@ -15,14 +15,16 @@ double StateSquares::blend(std::size_t c, double share) const {
   return share * share * map + 2.0 * share * (1.0 - share) * both[c] + (1.0 - share) * (1.0 - share) * row[c];
 }
 
-std::string share_text(double share) {
+std::string readout_text(const StateReadout& state) {
+  if (state.reach > 0.0) return "network with fallback";
+  const double share = state.share;
   return share == 1.0 ? "network" : share == 0.0 ? "linear row" : fmt::format("{:.2f} network", share);
 }
 
 std::string readout_fact(const Readout& readout, std::size_t left_out) {
   std::vector<std::pair<std::string, std::string>> groups;  // the readout, and the states that have it
   for (const StateReadout& state : readout) {
-    const std::string text = share_text(state.share);
+    const std::string text = readout_text(state);
     const auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == text; });
     if (found == groups.end())
       groups.emplace_back(text, state.state);

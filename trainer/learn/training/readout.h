@@ -3,6 +3,7 @@
 // beside those with other features.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ namespace nlo::trainer {
 struct StateReadout {
   std::string state;
   double share = 1.0;       ///< share of T* as trained; the rest is the linear row
+  double reach = 0.0;       ///< reach of its fallback (codegen::Fallback); 0: no fallback
   double trained = 0.0;     ///< error of T* as trained
   double linear = 0.0;      ///< error of the best linear row; infinite if z is the estimate, which no row can replace
   double shipped = 0.0;     ///< error of the shipped readout
@@ -27,12 +29,18 @@ struct StateReadout {
 
 using Readout = std::vector<StateReadout>;
 
+/// Possible reaches of a fallback, in RMS distances of T* and row on training data.
+inline constexpr std::array kReaches = {1.0, 2.0, 4.0, 8.0};
+
 /// Mean squares of a state's errors on one set of data: of T* as trained, and of each row that may replace it.
 struct StateSquares {
   double map = 0.0;
   std::vector<double> row, both;  ///< for each candidate: its squares, and its errors times those of T*
   std::vector<double> reading;    ///< squares of each output in the state's unit; infinite for others
   double deviation = 0.0;         ///< squared, of the state
+  /// Squares of T* that falls back to a row, for each candidate and each reach of kReaches. Infinite if the
+  /// distance of T* and row is unknown (RowCandidate::distance is 0).
+  std::vector<std::array<double, kReaches.size()>> fallback;
 
   /// Squares of share T* + (1 - share) row.
   double blend(std::size_t candidate, double share) const;
@@ -46,8 +54,8 @@ struct JudgedSet {
   std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; `all` alone without both
 };
 
-/// "network", "linear row", or the share of the network: "0.35 network".
-std::string share_text(double share);
+/// "network", "linear row", "network with fallback", or the share of the network: "0.35 network".
+std::string readout_text(const StateReadout& state);
 
 /// Describes the readouts of all states: "network: v; linear row: p; 0.35 network: w", and behind it how many groups of
 /// logs chose them.

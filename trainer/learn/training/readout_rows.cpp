@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/learn/training/readout_rows.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -104,19 +105,53 @@ void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const
   }
 }
 
+/// Sets RowCandidate::distance.
+void measure_distances(const codegen::Model& model, const MatrixXd& u, const SampledTruth& training,
+                       std::vector<RowCandidate>& all) {
+  const bool has_map = codegen::inverse_map(model) != nullptr;
+  const MatrixXd map =
+      has_map ? MatrixXd(codegen::ReferenceObserver<float>(model).estimates(training.z, training.y)) : MatrixXd();
+  for (RowCandidate& candidate : all) {
+    candidate.distance = VectorXd::Zero(model.nx());
+    if (!has_map) continue;
+    const MatrixXd squares = (map - candidate.rows * with_one(u)).cwiseAbs2();
+    for (Index i = 0; i < model.nx(); ++i)
+      if (model.states[static_cast<std::size_t>(i)].wrap == 0.0)
+        candidate.distance(i) = std::sqrt(weighted_mean(squares.row(i), training.weights));
+  }
+}
+
 /// Errors of everything that may estimate one state, and its truth, on N samples.
 struct CandidateErrors {
   Eigen::RowVectorXd map, truth;
   std::vector<Eigen::RowVectorXd> rows;
+  std::vector<double> distances;                            ///< RowCandidate::distance of each row
   std::vector<std::optional<Eigen::RowVectorXd>> readings;  ///< errors of the outputs in the state's unit
 };
+
+/// Returns the squares of T* that falls back to row `c`, for each reach. The errors of T* and of the row differ by the
+/// distance of both.
+std::array<double, kReaches.size()> squares_with_fallback(const CandidateErrors& errors, std::size_t c,
+                                                          const VectorXd& weights) {
+  std::array<double, kReaches.size()> squares{};
+  squares.fill(std::numeric_limits<double>::infinity());
+  if (!(errors.distances[c] > 0.0)) return squares;
+  const Eigen::ArrayXXd row = errors.rows[c], distance = errors.map.array() - row;
+  for (std::size_t r = 0; r < kReaches.size(); ++r) {
+    const double reach = kReaches[r] * errors.distances[c];
+    squares[r] = weighted_mean((row + distance / (1.0 + (distance / reach).square())).square().matrix(), weights);
+  }
+  return squares;
+}
 
 StateSquares squares_in(const CandidateErrors& errors, const VectorXd& weights) {
   StateSquares squares;
   squares.map = weighted_mean(errors.map.cwiseAbs2(), weights);
-  for (const Eigen::RowVectorXd& row : errors.rows) {
+  for (std::size_t c = 0; c < errors.rows.size(); ++c) {
+    const Eigen::RowVectorXd& row = errors.rows[c];
     squares.row.push_back(weighted_mean(row.cwiseAbs2(), weights));
     squares.both.push_back(weighted_mean(row.cwiseProduct(errors.map), weights));
+    squares.fallback.push_back(squares_with_fallback(errors, c, weights));
   }
   for (const auto& reading : errors.readings)
     squares.reading.push_back(reading ? weighted_mean(reading->cwiseAbs2(), weights)
@@ -135,12 +170,12 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
   MatrixXd constant = MatrixXd::Zero(model.nx(), 1 + inputs.all());
   constant.col(0) = training.x * training.weights / training.weights.sum();
   result.push_back({.rows = std::move(constant), .is_constant = true});
-  if (inputs.readings().empty()) return result;
-  add_ridges(inputs.all(), u, inputs, training, settled_from, result);
+  if (!inputs.readings().empty()) add_ridges(inputs.all(), u, inputs, training, settled_from, result);
   for (std::size_t j = 0; j < inputs.readings().size(); ++j) {
     const MatrixXd rows = inputs.reading_alone(j).transpose().replicate(model.nx(), 1);
     result.push_back({rows, true});
   }
+  measure_distances(model, u, training, result);
   return result;
 }
 
@@ -154,11 +189,14 @@ JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const
   if (split.has_both()) result.windows.resize(2);
   for (Index i = 0; i < model.nx(); ++i) {
     const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
-    CandidateErrors errors{of_map.row(i), samples.x.row(i), {}, {}};
+    CandidateErrors errors{of_map.row(i), samples.x.row(i), {}, {}, {}};
     const auto errors_in = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
       return errors_of(estimate, errors.truth, {state});
     };
-    for (const RowCandidate& candidate : all) errors.rows.push_back(errors_in(candidate.rows.row(i) * u));
+    for (const RowCandidate& candidate : all) {
+      errors.rows.push_back(errors_in(candidate.rows.row(i) * u));
+      errors.distances.push_back(candidate.distance(i));
+    }
     for (int j = 0; j < model.ny(); ++j) {
       const bool measures = j < model.measured() && model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
       errors.readings.push_back(measures ? std::optional(errors_in(samples.y.row(j))) : std::nullopt);
@@ -181,10 +219,27 @@ JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training,
   return squares_of(model, inputs, row_candidates(model, inputs, fitted, settled_from), judged, settled_from);
 }
 
-void write_readout(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const MatrixXd& rows,
-                   bool reads_more, bool keep_hidden) {
+namespace {
+
+/// Returns the fallback to the first `columns` inputs of each row whose state has a reach > 0.
+codegen::Fallback fallback_to(const MatrixXd& rows, const VectorXd& reach, Index columns) {
+  codegen::Fallback fallback;
+  for (Index i = 0; i < reach.size(); ++i)
+    if (reach(i) > 0.0) fallback.outputs.push_back(static_cast<int>(i));
+  fallback.rows = rows(fallback.outputs, Eigen::seqN(1, columns));
+  fallback.offset = rows(fallback.outputs, 0);
+  fallback.reach = reach(fallback.outputs);
+  return fallback;
+}
+
+}  // namespace
+
+void write_readout(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const VectorXd& reach,
+                   const MatrixXd& rows, bool reads_more, bool keep_hidden) {
   if (reads_more) inputs.extend(map);
   const Index columns = map.features.rows();
+  if ((reach.array() > 0.0).any()) map.fallback = fallback_to(rows, reach, columns);
+  if ((shares.array() == 1.0).all()) return;
   codegen::DenseLayer& last = map.layers.back();
   if (map.skip.size() == 0) map.skip = MatrixXd::Zero(shares.size(), columns);
   for (Index i = 0; i < shares.size(); ++i) {

@@ -44,6 +44,8 @@ struct RowCandidate {
   Eigen::MatrixXd rows;  ///< n_x x (1 + all)
   bool reads_more = false;
   bool is_constant = false;  ///< the mean of each state
+  /// RMS distance of the rows and T* on training data, n_x. 0: no fallback, because there is no T* or the state wraps.
+  Eigen::VectorXd distance = {};
 };
 
 /// Returns the candidates, simpler ones first:
@@ -67,10 +69,11 @@ inline constexpr Eigen::Index kReadoutSamples = 150000;
 JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
                            double settled_from);
 
-/// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i.
+/// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i. If reach(i) > 0, row
+/// i becomes the fallback of state i.
 ///   reads_more   true: a row reads more than the features of T*
 ///   keep_hidden  true: T* keeps its hidden layers even if no state uses them
 void write_readout(codegen::Network& map, const RowInputs& inputs, const Eigen::VectorXd& shares,
-                   const Eigen::MatrixXd& rows, bool reads_more, bool keep_hidden);
+                   const Eigen::VectorXd& reach, const Eigen::MatrixXd& rows, bool reads_more, bool keep_hidden);
 
 }  // namespace nlo::trainer

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -125,49 +126,81 @@ struct Cost {
 
   /// Both are as good if their squares differ by less than 2 %.
   bool is_alike(const Cost& least) const {
-    constexpr double kAlike = 1.02;
     return excess <= kAlike * least.excess && (least.excess > 1.0 || error <= kAlike * least.error);
   }
+
+  /// Its error is at least 5 % smaller. Smaller gains on left-out logs did not show on test logs.
+  bool is_clearly_below(const Cost& other) const {
+    return excess <= kAlike * other.excess && error <= 0.95 * 0.95 * other.error;
+  }
+
+  static constexpr double kAlike = 1.02;
 };
 
+/// A readout of one state.
 struct Choice {
-  std::size_t row = 0;  ///< index among the candidates
-  double share = 1.0;   ///< share of T* beside that row
+  std::size_t row = 0;                    ///< index among the candidates
+  double share = 1.0;                     ///< share of T* beside that row
+  std::optional<std::size_t> reach = {};  ///< index in kReaches, if T* falls back to that row
+
+  double squares(const StateSquares& s) const { return reach ? s.fallback[row][*reach] : s.blend(row, share); }
+};
+
+/// Judges all readouts of one state. The geometric mean of transient and settled errors decides, as long as the RMSE
+/// over whole runs, which is mostly that of the transient, is at most 5 % above the least of T* and the rows.
+class Judge {
+ public:
+  /// The evidence outlives it.
+  ///   by_settled  the settled errors decide, whatever the transient
+  Judge(const Evidence& evidence, bool by_settled) : evidence_(evidence), by_settled_(by_settled) {
+    double least = evidence.over_runs([](const StateSquares& s) { return s.map; });
+    for (std::size_t c = 0; c < rows(); ++c)
+      least = std::min(least, evidence.over_runs([c](const StateSquares& s) { return s.row[c]; }));
+    constexpr double kOfWholeRuns = 1.05 * 1.05;  // as in below_floor(), so that no choice fails there
+    allowed_over_runs_ = kOfWholeRuns * least + 1e-300;
+  }
+
+  std::size_t rows() const { return evidence_.rows(); }
+
+  Cost cost(const Choice& choice) const {
+    const auto squares = [&choice](const StateSquares& s) { return choice.squares(s); };
+    if (by_settled_) return {1.0, evidence_.settled(squares)};
+    return {std::max(evidence_.over_runs(squares) / allowed_over_runs_, 1.0), evidence_.over_windows(squares)};
+  }
+
+  /// Returns the first of the choices that is as good as the best of them.
+  Choice first_alike(const std::vector<Choice>& choices) const {
+    std::vector<Cost> costs;
+    for (const Choice& choice : choices) costs.push_back(cost(choice));
+    const Cost least = *std::ranges::min_element(costs);
+    const auto first = std::ranges::find_if(costs, [&](const Cost& cost) { return cost.is_alike(least); });
+    return choices[static_cast<std::size_t>(first - costs.begin())];
+  }
+
+ private:
+  const Evidence& evidence_;
+  bool by_settled_;
+  double allowed_over_runs_;
 };
 
 /// Takes the simplest row that is as good as the best, and its best blend with T*. Of row, T* and blend it chooses the
-/// first that is as good as the best of them. The geometric mean of transient and settled errors decides, as long as
-/// the RMSE over whole runs, which is mostly that of the transient, is at most 5 % above the least.
-///   by_settled  the settled errors decide, whatever the transient
-Choice choose(const Evidence& evidence, bool by_settled) {
-  constexpr double kOfWholeRuns = 1.05 * 1.05;  // as in below_floor(), so that no choice fails there
-  using Value = Evidence::Value;
-  const auto of_row = [](std::size_t c) -> Value { return [c](const StateSquares& s) { return s.row[c]; }; };
-  double least_over_runs = evidence.over_runs([](const StateSquares& s) { return s.map; });
-  for (std::size_t c = 0; c < evidence.rows(); ++c)
-    least_over_runs = std::min(least_over_runs, evidence.over_runs(of_row(c)));
-  const auto cost_of = [&](const Value& value) -> Cost {
-    if (by_settled) return {1.0, evidence.settled(value)};
-    const double excess = evidence.over_runs(value) / (kOfWholeRuns * least_over_runs + 1e-300);
-    return {std::max(excess, 1.0), evidence.over_windows(value)};
-  };
-
-  std::vector<Cost> rows;
-  for (std::size_t c = 0; c < evidence.rows(); ++c) rows.push_back(cost_of(of_row(c)));
-  const Cost best_row = *std::ranges::min_element(rows);
-  Choice choice;
-  choice.row = static_cast<std::size_t>(
-      std::ranges::find_if(rows, [&](const Cost& cost) { return cost.is_alike(best_row); }) - rows.begin());
-
-  const auto of_share = [&](double share) {
-    return cost_of([&](const StateSquares& s) { return s.blend(choice.row, share); });
-  };
-  double share = 1.0;
+/// first that is as good as the best of them. If T* that falls back to the row is clearly better than all three, it
+/// chooses that, with the shortest of the reaches that are as good as the best: it follows the row soonest.
+Choice choose(const Judge& judge, bool may_fall_back) {
+  std::vector<Choice> rows;
+  for (std::size_t c = 0; c < judge.rows(); ++c) rows.push_back({.row = c, .share = 0.0});
+  const Choice row = judge.first_alike(rows), map{.row = row.row};
+  Choice blend = map;
   for (int twentieth = 0; twentieth < 20; ++twentieth)
-    if (const double other = twentieth / 20.0; of_share(other) < of_share(share)) share = other;
-  const Cost best = of_share(share);
-  choice.share = of_share(0.0).is_alike(best) ? 0.0 : of_share(1.0).is_alike(best) ? 1.0 : share;
-  return choice;
+    if (const Choice other{row.row, twentieth / 20.0}; judge.cost(other) < judge.cost(blend)) blend = other;
+
+  if (may_fall_back) {
+    std::vector<Choice> reaches;
+    for (std::size_t r = 0; r < kReaches.size(); ++r) reaches.push_back({.row = row.row, .reach = r});
+    const Choice fallback = judge.first_alike(reaches);
+    if (judge.cost(fallback).is_clearly_below(judge.cost(blend))) return fallback;
+  }
+  return judge.first_alike({row, map, blend});
 }
 
 /// Chooses for each state, and writes it into the model's T*.
@@ -194,17 +227,19 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
 
   const bool by_settled = config.readout == ReadoutChoice::kSettled;
   codegen::Network* map = codegen::inverse_map(model);
-  VectorXd shares = VectorXd::Ones(model.nx());
+  const bool may_fall_back = map != nullptr && config.fallback && !left_out.empty();
+  VectorXd shares = VectorXd::Ones(model.nx()), reach = VectorXd::Zero(model.nx());
   MatrixXd chosen_rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
   bool reads_more = false;
   Readout readout;
   for (Index i = 0; i < model.nx(); ++i) {
     const auto state = static_cast<std::size_t>(i);
     const Evidence evidence(sets, state, !left_out.empty());
-    Choice choice = choose(evidence, by_settled);
+    Choice choice = choose(Judge(evidence, by_settled), may_fall_back);
     if (map == nullptr) choice.share = 1.0;
     shares(i) = choice.share;
-    if (choice.share < 1.0) {
+    if (choice.reach) reach(i) = kReaches[*choice.reach] * rows[choice.row].distance(i);
+    if (choice.share < 1.0 || choice.reach) {
       chosen_rows.row(i) = rows[choice.row].rows.row(i);
       reads_more = reads_more || rows[choice.row].reads_more;
     }
@@ -212,27 +247,29 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
     const auto told_error = [&](const Evidence::Value& value) {
       return std::sqrt(by_settled ? evidence.settled(value) : evidence.over_runs(value));
     };
-    const auto error_of_share = [&](double share) {
-      return told_error([&](const StateSquares& s) { return s.blend(choice.row, share); });
+    const auto error_of = [&](const Choice& other) {
+      return told_error([&](const StateSquares& s) { return other.squares(s); });
     };
     StateReadout& told = readout.emplace_back(
         StateReadout{.state = model.states[state].name,
                      .share = choice.share,
-                     .trained = error_of_share(1.0),
-                     .linear = map != nullptr ? error_of_share(0.0) : std::numeric_limits<double>::infinity(),
-                     .shipped = error_of_share(choice.share),
-                     .validation = std::sqrt(on_validation.all[state].blend(choice.row, choice.share)),
+                     .reach = reach(i),
+                     .trained = error_of({.row = choice.row}),
+                     .linear = map != nullptr ? error_of({choice.row, 0.0}) : std::numeric_limits<double>::infinity(),
+                     .shipped = error_of(choice),
+                     .validation = std::sqrt(choice.squares(on_validation.all[state])),
                      .constant = told_error([&](const StateSquares& s) { return s.row[constant]; }),
                      .deviation = std::sqrt(on_validation.all[state].deviation)});
     find_sensor(model, told_error, told);
   }
-  if (map != nullptr && (shares.array() < 1.0).any())
-    write_readout(*map, inputs, shares, chosen_rows, reads_more, config.error);
+  if (map != nullptr && ((shares.array() < 1.0).any() || (reach.array() > 0.0).any()))
+    write_readout(*map, inputs, shares, reach, chosen_rows, reads_more, config.error);
   return readout;
 }
 
 double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
-  if (std::all_of(readout.begin(), readout.end(), [](const StateReadout& s) { return s.share == 1.0; }))
+  if (std::all_of(readout.begin(), readout.end(),
+                  [](const StateReadout& s) { return s.share == 1.0 && s.reach == 0.0; }))
     return training.state.best_rmse;
   const bool normalised = training.experiment.loss.is_normalised();
   double squares = 0.0;
