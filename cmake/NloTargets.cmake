@@ -17,7 +17,7 @@ add_library(nlo_native INTERFACE)
 if(NLO_NATIVE)
   target_compile_options(nlo_native INTERFACE -march=native)
   # GCC 12 misreads Eigen's vector loads (AVX: array-bounds; AVX-512: (maybe-)uninitialized). clang++ and the builds
-  # without this target keep looking.
+  # without this target keep these warnings.
   target_compile_options(nlo_native INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-maybe-uninitialized;-Wno-uninitialized;-Wno-stringop-overflow;-Wno-stringop-overread>)
 else()

@@ -1,5 +1,5 @@
-# Run by ctest before it starts: one entry for each suite of a program. One for each test would start the programs
-# over a thousand times, and most of that time is the loading of a program.
+# ctest reads this file before it starts: one entry for each suite of a program. With one entry for each test, programs
+# would start over a thousand times, and most of their time would go into loading.
 #   program, sources, labels, long  of nlo_add_test; `long` lists tests that this build leaves out
 set(suites "")
 foreach(source IN LISTS sources)
@@ -21,7 +21,8 @@ foreach(suite IN LISTS suites)
 endforeach()
 set_tests_properties(${registered} PROPERTIES LABELS "${labels}" TIMEOUT 600)
 
-# A suite that was not seen above (a macro of one's own around TEST) would be lost without a word.
+# This test fails for a suite that was not found above, for example behind a macro around TEST. Otherwise the suite
+# would never run.
 add_test(${name}.no_other_suite ${program} "--gtest_filter=-${others}")
 set_tests_properties(${name}.no_other_suite PROPERTIES LABELS "${labels}" TIMEOUT 60
   PASS_REGULAR_EXPRESSION "Running 0 tests")

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Runs what has changed since it passed: a test is a function of its program, of the files it is given and of those that
-lie in the tree, so that the same bytes need no second run. `rm -r build` forgets all of it.
+"""Skips tests whose programs and files are the same bytes as when they last passed. `rm -r build` forgets all results.
 
-usage: tests/unchanged.py ctest BUILD [ARGUMENT...]       ctest in BUILD, without the tests that are as when they passed
+usage: tests/unchanged.py ctest BUILD [ARGUMENT...]    runs ctest in BUILD, without the unchanged tests
        tests/unchanged.py once BUILD NAME PROGRAM... -- COMMAND...
-                                                          COMMAND, unless the programs are as when it passed
+                                                       runs COMMAND, unless it passed with the same programs
 
-What a test depends on: the files in its command; the programs of the build that its program names; what is no source of
-codegen or of the trainer and no *_test.cpp (those are in the programs; scripts compile others); the compilers and emulators. Tests with the label `tree` read all
-sources: they always run.
+A test depends on the files in its command, on the programs of the build that its program names, on the compilers and
+emulators, and on the other files of the tree. The sources of codegen and of the trainer and *_test.cpp are not among
+these files, because they are in the programs; only scripts compile others. Tests with the label `tree` read all
+sources, so they always run.
 """
 import hashlib
 import json
@@ -37,7 +37,7 @@ def digest(*parts):
 
 
 class Files:
-    """Digests of contents, each file read once."""
+    """Digests of the contents of files. Reads each file once."""
     def __init__(self):
         self.digests = {}
 
@@ -49,7 +49,7 @@ class Files:
 
 
 def surroundings(of):
-    """What any test may read or start."""
+    """Digest of the files that any test may read or start."""
     parts = []
     for folder in (ROOT, ROOT.parent / "shared/data"):
         for top in sorted(folder.iterdir()) if folder.is_dir() else ():
@@ -72,7 +72,7 @@ def run_ctest(build, arguments):
                                       check=True, capture_output=True, text=True).stdout)["tests"]
     programs = [p for p in (build / "trainer/nlo", build / "trainer/nlo-prove", build / "trainer/nlo-reproduce",
                             build / "bench/compare") if p.exists()]
-    named = {}  # by a program, which may start them
+    named = {}  # program of a test: digests of the programs of the build that it names, because it may start them
 
     def key(test):
         labels = next((p["value"] for p in test["properties"] if p["name"] == "LABELS"), [])
@@ -94,7 +94,7 @@ def run_ctest(build, arguments):
     passed = json.loads(stamp.read_text()) if stamp.exists() else {}
     chosen = [i for i, test in enumerate(tests, 1)
               if (now := key(test)) is None or passed.get(test["name"]) != now]
-    print(f"{len(tests)} suites and scripts: {len(tests) - len(chosen)} are as when they passed", flush=True)
+    print(f"{len(tests)} suites and scripts: {len(tests) - len(chosen)} are unchanged since they passed", flush=True)
     if not chosen:
         return 0
     results = build / "Testing/results.xml"
@@ -117,7 +117,7 @@ def run_once(build, name, programs, command):
     now = digest(surroundings(of), *command, *map(of, programs))
     stamp = build / f"{name}.passed"
     if stamp.exists() and stamp.read_text() == now:
-        print("   its programs are as when it passed")
+        print("   its programs are unchanged since it passed")
         return 0
     stamp.unlink(missing_ok=True)
     code = subprocess.run(command).returncode

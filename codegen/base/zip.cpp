@@ -85,7 +85,8 @@ std::vector<NamedText> unzipped(std::string_view archive) {
     if (number(kMethod, 2) != 0 || archive.size() - at < text + number(kSize, 4))
       throw Error(file.path + ": the archive ends too early, or is compressed");
     file.text = archive.substr(at + text, number(kSize, 4));
-    if (crc32(file.text) != number(kSum, 4)) throw Error(file.path + ": another check sum than the archive says");
+    if (crc32(file.text) != number(kSum, 4))
+      throw Error(file.path + ": its checksum differs from the one in the archive; the archive is damaged");
     at += text + file.text.size();
     files.push_back(std::move(file));
   }

@@ -2,11 +2,11 @@
 #   [WEIGHTS float|bf16|fp16] [MAX_ERROR limit])
 #
 # Generates NAME.h from a model file at build time, and again whenever the file (or the program `nlo`) changes.
-#   TARGET  an executable or library that exists: its sources may include "NAME.h". Any other name becomes an
+#   TARGET  an existing executable or library, whose sources may include "NAME.h". Any other name becomes an
 #           INTERFACE library to link, for a model that several targets share.
-#   NAME    the observer is nlo::NAME::Observer; the file's name without its ending unless given
-#   SCALAR  float unless given
-#   WEIGHTS, MAX_ERROR  as --weights and --max-error of nlo export; beyond its limit of error a model does not build
+#   NAME    the observer is nlo::NAME::Observer; default: the file's name without its ending
+#   SCALAR  default: float
+#   WEIGHTS, MAX_ERROR  as --weights and --max-error of nlo export; with a larger error the build fails
 function(nlo_add_model target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "MODEL;NAME;SCALAR;WEIGHTS;MAX_ERROR" "")
   if(arg_UNPARSED_ARGUMENTS OR NOT arg_MODEL)

@@ -1,5 +1,5 @@
 # cmake -DOUTPUT=file.cpp "-DTEXTS=name=path;..." -P embed_texts.cmake
-# Writes a C++ source with the texts of files, for the program to carry: an installed `nlo` has no source tree.
+# Writes a C++ source with the texts of files, because an installed `nlo` has no source tree.
 set(entries "")
 foreach(text IN LISTS TEXTS)
   string(REGEX MATCH "^([^=]+)=(.*)$" matched "${text}")

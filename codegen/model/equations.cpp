@@ -90,8 +90,9 @@ void check_bounded(const Equations& equations, std::vector<Interval> x, const st
   const auto check = [](Interval of, const char* what, std::size_t i) {
     if (!of.bounded())
       fail(
-          "equations.{}[{}] has no bound for x between state_min and state_max: it may divide by 0, or ask a function "
-          "where it has no value; write each divisor so that sums and products of the ranges of its terms do not reach "
+          "equations.{}[{}] has no bound for x between state_min and state_max: it may divide by 0, or evaluate a "
+          "function outside of its domain; write each divisor so that sums and products of the ranges of its terms do "
+          "not reach "
           "0: a - b*c^2, not (a + b + c)*b - (b + c)^2",
           what, i);
     if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))

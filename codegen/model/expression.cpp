@@ -82,8 +82,8 @@ class ExpressionParser {
       } else if (functions_) {
         if (divides()) continue;
       } else {
-        const double divisor = number("a number other than 0: what is measured may be 0, and does not divide");
-        if (divisor == 0.0) refuse("another number than 0 before this");
+        const double divisor = number("a number other than 0; a measured value may be 0, so it cannot be a divisor");
+        if (divisor == 0.0) refuse("a number other than 0 before this");
         append(Kind::kNumber, 1.0 / divisor);
       }
       append(Kind::kProduct);
@@ -95,7 +95,7 @@ class ExpressionParser {
     const std::size_t first = nodes_.size();
     factor();
     const bool by_number = nodes_.size() == first + 1 && nodes_.back().kind == Kind::kNumber;
-    if (by_number && nodes_.back().number == 0.0) refuse("another number than 0 before this");
+    if (by_number && nodes_.back().number == 0.0) refuse("a number other than 0 before this");
     if (by_number) nodes_.back().number = 1.0 / nodes_.back().number;
     if (!by_number) append(Kind::kQuotient);
     return !by_number;

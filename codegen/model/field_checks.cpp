@@ -17,14 +17,14 @@ void check_shape(const Eigen::MatrixXd& m, Eigen::Index rows, Eigen::Index cols,
   for (Eigen::Index i = 0; i < rows; ++i)
     for (Eigen::Index j = 0; j < cols; ++j)
       if (!std::isfinite(m(i, j)))
-        fail("{}[{}][{}] is not finite ({}); train again, or take the last good checkpoint", field, i, j, m(i, j));
+        fail("{}[{}][{}] is not finite ({}); train again, or use the last good checkpoint", field, i, j, m(i, j));
 }
 
 void check_shape(const Eigen::VectorXd& v, Eigen::Index size, const std::string& field, const char* meaning) {
   if (v.size() != size) fail("{} has {} entries; it must have {} ({})", field, v.size(), size, meaning);
   for (Eigen::Index i = 0; i < size; ++i)
     if (!std::isfinite(v(i)))
-      fail("{}[{}] is not finite ({}); train again, or take the last good checkpoint", field, i, v(i));
+      fail("{}[{}] is not finite ({}); train again, or use the last good checkpoint", field, i, v(i));
 }
 
 void check_positive(const Eigen::VectorXd& v, const std::string& field) {
@@ -71,7 +71,7 @@ void check_fallback(const Fallback& fallback, Eigen::Index nu, int outputs, cons
   for (std::size_t f = 0; f < fallback.outputs.size(); ++f) {
     const int least = f == 0 ? 0 : fallback.outputs[f - 1] + 1;
     if (fallback.outputs[f] < least || fallback.outputs[f] >= outputs)
-      codegen::fail("{}[{}] is {}; the numbers of outputs, from 0 to {}, must rise", of("outputs"), f,
+      codegen::fail("{}[{}] is {}; write numbers of outputs, from 0 to {}, in increasing order", of("outputs"), f,
                     fallback.outputs[f], outputs - 1);
   }
   check_shape(fallback.rows, count, nu, of("rows"), "one row for each of fallback.outputs x n_u");
@@ -178,7 +178,7 @@ void check_no_angles(const Model& m) {
   for (std::size_t j = 0; j < m.outputs.size(); ++j)
     if (m.outputs[j].wrap != 0.0)
       fail(
-          "outputs[{}].wrap is {}; only a KKL observer turns its state with an angle: give its sine and cosine as "
+          "outputs[{}].wrap is {}; only a KKL observer can follow an unwrapped angle: give its sine and cosine as "
           "outputs",
           j, m.outputs[j].wrap);
 }

@@ -35,7 +35,7 @@ Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
   for (Eigen::Index j = 0; j < channels; ++j) {
     const Field one = field[static_cast<std::size_t>(j)];
     const auto row = from_vlq(text(one), kMostFlightCount);
-    if (!row) one.fail("is not Base64 VLQ of numbers within 2^24; take the model file as nlo train wrote it");
+    if (!row) one.fail("is not Base64 VLQ of numbers within 2^24; use the unchanged file that nlo train wrote");
     if (j == 0) all.resize(channels, row->size());
     if (row->size() != all.cols())
       one.fail(fmt::format("has {} samples and the one before {}; make them equal", row->size(), all.cols()));

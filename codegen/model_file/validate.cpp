@@ -44,7 +44,7 @@ void check_computed(const Model& m) {
   for (const auto& [channels, field] : {std::pair{&m.inputs, "inputs"}, std::pair{&m.states, "states"}})
     for (std::size_t i = 0; i < channels->size(); ++i)
       if (!(*channels)[i].expression.empty())
-        fail("{}[{}].expression is \"{}\"; only an output is computed: leave it out", field, i,
+        fail("{}[{}].expression is \"{}\"; only outputs can be computed: remove the expression", field, i,
              (*channels)[i].expression);
   const ComputedOutputs computed(m.outputs, m.inputs);
   if (computed.none()) return;
@@ -82,9 +82,10 @@ void check_failures(const Model& m) {
   for (std::size_t i = 0; i < f.outputs.size(); ++i) {
     const int output = f.outputs[i];
     if (output < 0 || output >= m.ny() || (i > 0 && output <= f.outputs[i - 1]))
-      fail("may_fail.outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
+      fail("may_fail.outputs[{}] is {}; write numbers of outputs, from 0 to {}, in increasing order", i, output,
+           m.ny() - 1);
     if (m.outputs[static_cast<std::size_t>(output)].wrap != 0.0)
-      fail("may_fail.outputs[{}] is the angle \"{}\"; what wraps has no place to fade to", i,
+      fail("may_fail.outputs[{}] is the angle \"{}\"; a missing output fades to its mean, and an angle has none", i,
            m.outputs[static_cast<std::size_t>(output)].name);
     const double rest = f.rest(static_cast<Eigen::Index>(i));
     if (!(rest >= m.output_min(output) && rest <= m.output_max(output)))
@@ -174,7 +175,7 @@ void check_sampling(const Model& m) {
 void check_clocks(const Model& m) {
   for (const Named<const Network>& n : networks(m))
     if (!n.network->feature_clocks.empty() && !(n.field == "inverse_map" && module_of(m).multiplies_by_clocks()))
-      fail("{}.feature_clocks is of the inverse_map of structure {}; leave it out", n.field,
+      fail("{}.feature_clocks belongs to the inverse_map of structure {}; leave it out", n.field,
            names_of_structures([](const StructureModule& s) { return s.multiplies_by_clocks(); }));
 }
 
@@ -206,12 +207,16 @@ void check_error(const Model& m) {
   constexpr double kMostLog = 60.0, kMostFactor = 1e3;
   for (Eigen::Index i = 0; i < m.nx(); ++i) {
     if (!(head.log_min(i) <= head.log_max(i) && head.log_min(i) >= -kMostLog && head.log_max(i) <= kMostLog))
-      fail("error.log_min[{0}] is {1} and error.log_max[{0}] is {2}; they must rise and be within +-{3}", i,
-           head.log_min(i), head.log_max(i), kMostLog);
+      fail(
+          "error.log_min[{0}] is {1} and error.log_max[{0}] is {2}; the first must be the smaller one, and both within "
+          "+-{3}",
+          i, head.log_min(i), head.log_max(i), kMostLog);
     if (!(head.factor_68(i) >= 1.0 / kMostFactor && head.factor_95(i) <= kMostFactor &&
           head.factor_68(i) <= head.factor_95(i)))
-      fail("error.factor_68[{0}] is {1} and error.factor_95[{0}] is {2}; they must rise and be within {3:g} and {4:g}",
-           i, head.factor_68(i), head.factor_95(i), 1.0 / kMostFactor, kMostFactor);
+      fail(
+          "error.factor_68[{0}] is {1} and error.factor_95[{0}] is {2}; the first must be the smaller one, and both "
+          "from {3:g} to {4:g}",
+          i, head.factor_68(i), head.factor_95(i), 1.0 / kMostFactor, kMostFactor);
   }
 }
 
@@ -240,7 +245,7 @@ void check_flight(const Model& m) {
       return counts.size() != 0 && (counts.minCoeff() < -kMostFlightCount || counts.maxCoeff() > kMostFlightCount);
     };
     if (beyond(run.outputs) || beyond(run.inputs))
-      fail("flight.runs[{}] has a count beyond 2^24; take a larger step", i);
+      fail("flight.runs[{}] has a count beyond 2^24; use a larger step", i);
     if (run.dt.size() != 0 && (run.dt.minCoeff() < 1 || run.dt.maxCoeff() > kMostFlightCount))
       fail("flight.runs[{}].dt has a count that is not within 1 and 2^24; time must go on", i);
   }

@@ -93,7 +93,7 @@ Eigen::VectorXd ReferenceObserver<Scalar>::snapshot() const {
 template <class Scalar>
 void ReferenceObserver<Scalar>::restore(const Eigen::VectorXd& snapshot) {
   if (snapshot.size() != snapshot_size())
-    fail("a saved state of \"{}\" has {} numbers, this one has {}: it is of another model", model_->name,
+    fail("a saved state of \"{}\" has {} numbers, this one has {}: it belongs to another model", model_->name,
          snapshot_size(), snapshot.size());
   const auto whole = [&](Eigen::Index at, double most) {
     const double value = snapshot(at);

@@ -121,7 +121,7 @@ void check_contraction(const Gated& own, const Model& m) {
   constexpr double kRounding = 1.0 + 1e-9;
   const double proven = proven_rate(m, own, own.contraction.metric);
   if (!(own.contraction.rate > 0.0) || own.contraction.rate > kRounding * proven)
-    fail("contraction.rate is {}, and gates and candidate prove {} in that metric; take the contraction out",
+    fail("contraction.rate is {}, and gates and candidate prove {} in that metric; remove the contraction",
          own.contraction.rate, proven > 0.0 ? std::to_string(proven) : "none");
 }
 

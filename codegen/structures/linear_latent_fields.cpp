@@ -116,7 +116,8 @@ void check_linear_latent(const Model& m) {
   for (std::size_t i = 0; i < latent.relative_outputs.size(); ++i) {
     const int output = latent.relative_outputs[i];
     if (output < 0 || output >= m.ny() || (i > 0 && output <= latent.relative_outputs[i - 1]))
-      fail("relative_outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
+      fail("relative_outputs[{}] is {}; write numbers of outputs, from 0 to {}, in increasing order", i, output,
+           m.ny() - 1);
   }
 }
 

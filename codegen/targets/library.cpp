@@ -47,7 +47,7 @@ std::string guarded(const std::string& header, const std::string& name, bool has
              "\n#if __cplusplus < 202002L\n"
              "#error \"{0}.h needs C++20: compile with -std=gnu++20 (README.md says where){1}\"\n"
              "#else\n",
-             name, has_c99 ? fmt::format(", or include {}_c99.h, which any compiler takes", name) : "") +
+             name, has_c99 ? fmt::format(", or include {}_c99.h, which every compiler accepts", name) : "") +
          header.substr(at) + "\n#endif\n";
 }
 

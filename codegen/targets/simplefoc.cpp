@@ -89,7 +89,7 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
   const bool turns = angle != nullptr && angle->wrap > 0.0;
   if (turns && std::abs(angle->wrap - kTurn) > 1e-6)
     fail(
-        "target simplefoc: the output {} turns at {} rad, and the angle of a shaft does at 2 pi; train with wrap = "
+        "target simplefoc: the output {} wraps at {} rad, but the angle of a shaft wraps at 2 pi; train with wrap = "
         "\"2pi\"",
         angle->name, angle->wrap);
 

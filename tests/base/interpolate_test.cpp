@@ -15,7 +15,7 @@ double wave(std::ptrdiff_t k) {
   return std::sin(kPerSample * static_cast<double>(k));
 }
 
-TEST(Interpolate, HasTheErrorsThatItsCommentsSay) {
+TEST(Interpolate, HasTheErrorsThatItsCommentsState) {
   double line = 0.0, cubic = 0.0;
   for (double at = 3.0; at < 50.0; at += 0.125) {
     line = std::max(line, std::abs(linear_at<double>(wave, kCount, at) - std::sin(kPerSample * at)));

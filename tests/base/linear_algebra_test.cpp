@@ -13,23 +13,23 @@ using Eigen::MatrixXd;
 // Matrices of order 1 and size 3: a few roundings of 1.
 constexpr double kRounding = 1e-14;
 
-TEST(LinearAlgebra, ASquareRootTimesItsTransposeIsTheMatrix) {
+TEST(LinearAlgebra, SquareRootTimesItsTransposeIsTheMatrix) {
   MatrixXd a(3, 3);
   a << 2.0, 0.5, 0.1, 0.5, 1.0, -0.3, 0.1, -0.3, 0.7;
   const MatrixXd s = square_root(a);
   EXPECT_LT((s * s.transpose() - a).cwiseAbs().maxCoeff(), kRounding);
 }
 
-TEST(LinearAlgebra, ASingularMatrixHasASquareRootToo) {
+TEST(LinearAlgebra, FindsASquareRootOfASingularMatrix) {
   const MatrixXd column =
-      (MatrixXd(3, 1) << 0.1, -2.0, 1.0).finished();  // the largest entry is not the first: it pivots
+      (MatrixXd(3, 1) << 0.1, -2.0, 1.0).finished();  // the largest entry is not the first, so it must pivot
   const MatrixXd a = column * column.transpose();
   const MatrixXd s = square_root(a);
   EXPECT_LT((s * s.transpose() - a).cwiseAbs().maxCoeff(), kRounding * a.maxCoeff());
   EXPECT_TRUE(square_root(MatrixXd::Zero(2, 2)).isZero(0.0));
 }
 
-TEST(LinearAlgebra, AMatrixThatIsNotFiniteHasASquareRootThatIsNotFinite) {
+TEST(LinearAlgebra, SquareRootOfANonFiniteMatrixIsNotFinite) {
   MatrixXd a = MatrixXd::Identity(2, 2);
   a(1, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(square_root(a).allFinite());

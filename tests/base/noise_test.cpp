@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties of every row of the table of noises.
+// Properties of each kind of noise in the table of noises.
 #include "trainer/base/noise.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
-TEST(Noise, ReadsFurtherPropertiesOfASensor) {
+TEST(Noise, ReadsOutliersBiasClippingAndQuantisation) {
   const SensorNoise noise = parse_noise("student:0.5:3+outliers:0.05:10+bias:0.2+quantised:0.25").of(0);
   EXPECT_EQ(noise.kind, NoiseKind::kStudent);
   EXPECT_EQ(noise.scale, 0.5);
@@ -28,7 +28,7 @@ TEST(Noise, ReadsFurtherPropertiesOfASensor) {
   EXPECT_TRUE(parse_noise("none+bias:0").none());
 }
 
-TEST(Noise, ReadsWhenASensorMeasures) {
+TEST(Noise, ReadsDelayAndJitter) {
   const SensorNoise noise = parse_noise("none+delay:1.5:2+jitter:0.2+missing:0.05:4").of(0);
   EXPECT_EQ(noise.delay_low, 1.5);
   EXPECT_EQ(noise.delay_high, 2.0);
@@ -40,7 +40,7 @@ TEST(Noise, ReadsWhenASensorMeasures) {
   EXPECT_EQ(parse_noise("none+delay:3").of(0).delay_low, 3.0);
 }
 
-TEST(Noise, ReadsHowASensorLies) {
+TEST(Noise, ReadsMissingStuckAndDeadSamples) {
   const std::string text = "none+common_bias:0.3+clipped:2+stuck:0.02:50+dead:0.01";
   const SensorNoise noise = parse_noise(text).of(0);
   EXPECT_EQ(noise.common_bias, 0.3);
@@ -49,16 +49,16 @@ TEST(Noise, ReadsHowASensorLies) {
   EXPECT_EQ(noise.outage(OutageKind::kDead), (OutageRate{0.01, 0.0}));
   EXPECT_EQ(format_noise(noise), text);
   EXPECT_TRUE(noise.lies() && noise.disturbed());
-  EXPECT_FALSE(parse_noise("none+missing:0.1").of(0).lies()) << "the observer is told";
+  EXPECT_FALSE(parse_noise("none+missing:0.1").of(0).lies()) << "the observer knows that the sample is missing";
   EXPECT_THROW(parse_noise("none+stuck:1"), codegen::Error);
   EXPECT_THROW(parse_noise("none+dead:0.5:0.5"), codegen::Error);
 }
 
 TEST(Noise, BurstsOfMissingSamplesAddUpToTheirShare) {
   const OutageOdds rates = outage_odds({0.2, 5.0});
-  EXPECT_NEAR(rates.begins / (rates.begins + 1.0 - rates.goes_on), 0.2, 1e-12) << "what the chain settles at";
+  EXPECT_NEAR(rates.begins / (rates.begins + 1.0 - rates.goes_on), 0.2, 1e-12) << "stationary share of missing samples";
   EXPECT_NEAR(1.0 / (1.0 - rates.goes_on), 5.0, 1e-12);
-  EXPECT_EQ(outage_odds({0.2, 0.0}).goes_on, 0.2) << "each sample by itself";
+  EXPECT_EQ(outage_odds({0.2, 0.0}).goes_on, 0.2) << "samples are missing independently";
 }
 
 TEST(Noise, RefusesImpossibleTimes) {
@@ -88,7 +88,8 @@ TEST(Noise, ReadsOneForEachOutput) {
   EXPECT_EQ(noise.of(2), (SensorNoise{NoiseKind::kUniform, 0.02}));
   EXPECT_FALSE(noise.none());
   EXPECT_TRUE(parse_noise("none,none").none());
-  EXPECT_EQ(parse_noise("uniform:3").of(5), (SensorNoise{NoiseKind::kUniform, 3.0})) << "one is for all outputs";
+  EXPECT_EQ(parse_noise("uniform:3").of(5), (SensorNoise{NoiseKind::kUniform, 3.0}))
+      << "a single noise applies to all outputs";
 }
 
 TEST(Noise, MustHaveOneForAllOutputsOrOneForEach) {
@@ -106,7 +107,7 @@ TEST(Noise, FormatReadsBackToTheSameValue) {
     EXPECT_EQ(format_noise(parse_noise(text)), text);
 }
 
-TEST(Noise, RefusesEverythingElse) {
+TEST(Noise, RefusesMalformedTexts) {
   for (const char* text : {"",
                            "None",
                            "gaussian",
@@ -184,7 +185,7 @@ class EveryNoise : public ::testing::TestWithParam<std::string> {
   int shape() const { return row().has_shape() ? std::min(5, row().most_shape) : 0; }
 };
 
-TEST_P(EveryNoise, IsWrittenAsItIsRead) {
+TEST_P(EveryNoise, TextReadsBackToTheSameNoise) {
   const std::string text =
       GetParam() + (row().has_scale() ? ":0.5" : "") + (row().has_shape() ? ":" + std::to_string(shape()) : "");
   const NoiseConfig noise = parse_noise(text);
@@ -195,8 +196,9 @@ TEST_P(EveryNoise, IsWrittenAsItIsRead) {
   EXPECT_EQ(noise.of(0).has_tails(), row().tails);
 }
 
-/// Half a percent: five standard errors of a share of 1e5 draws, and the soft edge of a box.
-TEST_P(EveryNoise, IsDrawnAsItsDensitySaysByOneAndByEight) {
+/// Tolerance 0.5 %: five standard errors of a share of 1e5 draws, plus the width of a bin at the edge of a uniform
+/// density.
+TEST_P(EveryNoise, DrawsFollowTheDensityOneByOneAndInLanesOfEight) {
   if (row().density == nullptr) return;
   EXPECT_NEAR(mass(row(), 200.0, shape()), 1.0, 5e-3);
   Scalars one;
@@ -211,7 +213,7 @@ TEST_P(EveryNoise, IsDrawnAsItsDensitySaysByOneAndByEight) {
   }
 }
 
-TEST_P(EveryNoise, HasTheVarianceAndTheLimitOfItsRow) {
+TEST_P(EveryNoise, HasTheVarianceAndTheLimitOfItsTableRow) {
   Scalars one;
   double squares = 0.0, largest = 0.0;
   for (int i = 0; i < kDraws; ++i) {
@@ -220,9 +222,9 @@ TEST_P(EveryNoise, HasTheVarianceAndTheLimitOfItsRow) {
     largest = std::max(largest, std::abs(v));
   }
   EXPECT_LE(largest, row().largest);
-  EXPECT_EQ(row().bounded(), largest <= 1.0) << "of 1e5 draws of an unbounded one, some are beyond its scale";
-  if (row().tails) return;  // its variance is nominal
-  EXPECT_NEAR(squares / kDraws, row().variance, 0.03 * row().variance) << "five standard errors, and more";
+  EXPECT_EQ(row().bounded(), largest <= 1.0) << "of 1e5 draws of unbounded noise, some exceed its scale";
+  if (row().tails) return;  // only its nominal variance is known
+  EXPECT_NEAR(squares / kDraws, row().variance, 0.03 * row().variance) << "3 % is more than five standard errors";
 }
 
 std::vector<std::string> names() {

@@ -41,7 +41,7 @@ TEST(ThreadPool, NeverRunsTwoTasksOnOneThreadsScratchAtOnce) {
   EXPECT_EQ(clashes.load(), 0);
 }
 
-TEST(ThreadPool, ThrowsATasksExceptionAgainAndGoesOnWorking) {
+TEST(ThreadPool, RethrowsTheExceptionOfATaskAndStaysUsable) {
   for (const int threads : {1, 2}) {
     ThreadPool pool(threads);
     const auto failing = [](int index, int) {
@@ -54,7 +54,7 @@ TEST(ThreadPool, ThrowsATasksExceptionAgainAndGoesOnWorking) {
   }
 }
 
-TEST(ThreadPool, ZeroThreadsTakesAtLeastOne) {
+TEST(ThreadPool, ZeroThreadsMeansAtLeastOne) {
   EXPECT_GE(ThreadPool(0).threads(), 1);
 }
 
@@ -64,8 +64,8 @@ TEST(ThreadPool, ZeroThreadsTakesAtLeastOne) {
 #endif
 #endif
 
-#if !defined(NLO_ADDRESS_SANITIZER)  // whose shadow is larger than any limit on address space
-/// Room for a few stacks more than what is mapped now.
+#if !defined(NLO_ADDRESS_SANITIZER)  // its shadow memory exceeds any limit on address space
+/// Limits the address space to the memory that is mapped now plus `more` bytes.
 void limit_address_space(rlim_t more) {
   long pages = 0;
   std::FILE* const statm = std::fopen("/proc/self/statm", "r");
@@ -76,7 +76,7 @@ void limit_address_space(rlim_t more) {
   if (::setrlimit(RLIMIT_AS, &limit) != 0) std::_Exit(4);
 }
 
-/// Two pools, for what is said must be said once.
+/// Makes two pools, because the note about missing threads must be printed only once.
 [[noreturn]] void run_on_too_many_threads(int wanted) {
   bool each_once = true;
   int threads = 0;
@@ -91,14 +91,15 @@ void limit_address_space(rlim_t more) {
   std::_Exit(each_once && threads >= 1 && threads < wanted ? 0 : 1);
 }
 
-TEST(ThreadPoolDeathTest, WhereThreadsAreRefusedItWorksOnThoseThatThereAreAndSaysSoOnce) {
+TEST(ThreadPoolDeathTest, RunsOnTheAvailableThreadsAndSaysSoOnceIfTheSystemRefusesMore) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {
         limit_address_space(rlim_t{200} << 20U);
         run_on_too_many_threads(1024);
       },
-      ::testing::ExitedWithCode(0), "^nlo: works on [0-9]+ of 1024 threads \\(.*\\); the result .*later\nthe end");
+      ::testing::ExitedWithCode(0),
+      "^nlo: runs on [0-9]+ of 1024 threads \\(.*\\); the result is the same, but takes longer\nthe end");
 }
 
 TEST(ThreadPoolDeathTest, RefusesANumberOfThreadsThatExceedsMemory) {
@@ -108,7 +109,7 @@ TEST(ThreadPoolDeathTest, RefusesANumberOfThreadsThatExceedsMemory) {
         limit_address_space(rlim_t{4} << 20U);  // less than one stack
         run_on_too_many_threads(2000000000);
       },
-      ::testing::ExitedWithCode(0), "^nlo: works on 1 of 2000000000 threads \\(not enough memory\\)");
+      ::testing::ExitedWithCode(0), "^nlo: runs on 1 of 2000000000 threads \\(not enough memory\\)");
 }
 #endif
 

@@ -19,14 +19,14 @@ TEST(Printable, ShowsEveryControlCharacterInsteadOfSendingIt) {
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m"),
             "\\xc2\\x9b31m")
-      << "U+009B begins a sequence as ESC [ does";
+      << "U+009B begins an escape sequence, like ESC [";
   EXPECT_EQ(printable("\x9b"
                       "31m"),
             "\\x9b31m")
-      << "and so does its byte in Latin 1";
+      << "and so does its single byte in Latin 1";
 }
 
-TEST(Printable, NoTwoBytesLeaveAControlCharacterOrChangeTheirLengthUnseen) {
+TEST(Printable, NoPairOfBytesPrintsAControlCharacterOrAWrongLength) {
   for (int first = 0; first < 256; ++first)
     for (int second = 0; second < 256; ++second) {
       const std::string text = {static_cast<char>(first), static_cast<char>(second)};
@@ -42,7 +42,7 @@ TEST(Printable, NoTwoBytesLeaveAControlCharacterOrChangeTheirLengthUnseen) {
     }
 }
 
-TEST(Printable, ASequenceThatEndsEarlyIsShownByteByByte) {
+TEST(Printable, ShowsATruncatedSequenceByteByByte) {
   EXPECT_EQ(printable("\xe8\xa7"), "\\xe8\\xa7");
   EXPECT_EQ(printable("\xe8(x"), "\\xe8(x");
 }
@@ -58,7 +58,7 @@ TEST(NearestName, FindsATypo) {
   EXPECT_EQ(nearest_name("eigen_values", {"pairs", "eigenvalues", "hold"}), "eigenvalues");
 }
 
-TEST(NearestName, TakesTheFirstOfEquals) {
+TEST(NearestName, ReturnsTheFirstOfEquallyNearNames) {
   EXPECT_EQ(nearest_name("ab1", {"ab2", "ab3"}), "ab2");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The random numbers of the training are uniform and normal, as far as ten million of them can show.
+// The random numbers of the training are uniform and normal, to the resolution of ten million draws.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,12 +56,12 @@ double uniform_cdf(double x) {
   return std::clamp(x, 0.0, 1.0);
 }
 
-/// The distance that a fair sample exceeds once in 1e4 (Kolmogorov's distribution, 2.23 / sqrt(n)).
+/// The distance that a fair sample exceeds with probability 1e-4 (Kolmogorov's distribution, 2.23 / sqrt(n)).
 double kolmogorov_smirnov_limit(long count) {
   return 2.23 / std::sqrt(static_cast<double>(count));
 }
 
-// In standard errors of a moment: 1 in 2e6 for a fair generator, and the seed is fixed.
+// Limit in standard errors of a moment: a fair generator exceeds it once in 2e6 seeds, and the seed is fixed.
 constexpr double kSigmas = 5.0;
 
 TEST(RandomLanes, UniformNumbersAreUniformOnZeroToOne) {
@@ -83,10 +83,10 @@ TEST(RandomLanes, UniformNumbersAreUniformOnZeroToOne) {
   EXPECT_LT(sample.kolmogorov_smirnov(uniform_cdf), kolmogorov_smirnov_limit(sample.count));
   EXPECT_GT(sample.kolmogorov_smirnov([](double x) { return uniform_cdf(x * 0.99); }),
             kolmogorov_smirnov_limit(sample.count))
-      << "control: the distance tells a stretch by one percent";
+      << "control: the distance detects a stretch by one percent";
 }
 
-TEST(RandomLanes, TenMillionNormalNumbersAreFiniteWithTheMomentsTheDistributionAndTheTailsOfANormal) {
+TEST(RandomLanes, TenMillionNormalNumbersHaveTheMomentsTheDistributionAndTheTailsOfANormal) {
   Sample sample;
   long beyond_three = 0;
   long beyond_four = 0;
@@ -112,7 +112,7 @@ TEST(RandomLanes, TenMillionNormalNumbersAreFiniteWithTheMomentsTheDistributionA
   EXPECT_LT(sample.kolmogorov_smirnov(normal_cdf), kolmogorov_smirnov_limit(sample.count));
   EXPECT_GT(sample.kolmogorov_smirnov([](double x) { return normal_cdf(x * 1.01); }),
             kolmogorov_smirnov_limit(sample.count))
-      << "control: the distance tells a deviation of 0.99";
+      << "control: the distance detects a deviation of 0.99";
   const double three = 2.0 * normal_cdf(-3.0) * n;
   const double four = 2.0 * normal_cdf(-4.0) * n;
   EXPECT_NEAR(static_cast<double>(beyond_three), three, kSigmas * std::sqrt(three));
@@ -122,7 +122,7 @@ TEST(RandomLanes, TenMillionNormalNumbersAreFiniteWithTheMomentsTheDistributionA
   EXPECT_GT(sample.largest, 4.8);
 }
 
-TEST(RandomLanes, TheTwoNormalNumbersOfAPairAreIndependentAndSoAreLanesAndDraws) {
+TEST(RandomLanes, NormalNumbersOfAPairOfLanesAndOfDrawsAreIndependent) {
   constexpr int kDraws = 200'000;
   RandomLanes random(kSeed + 1);
   double products[5] = {};
@@ -136,7 +136,7 @@ TEST(RandomLanes, TheTwoNormalNumbersOfAPairAreIndependentAndSoAreLanesAndDraws)
       const auto b = static_cast<double>(second[l]);
       const auto neighbour = static_cast<double>(first[(l + 1) % first.size()]);
       products[0] += a * b;
-      products[1] += (a * a - 1.0) * (b * b - 1.0) / 2.0;  // a radius shared by both would show here
+      products[1] += (a * a - 1.0) * (b * b - 1.0) / 2.0;  // large if both share a radius
       products[2] += a * (b * b - 1.0) / std::numbers::sqrt2;
       products[3] += a * neighbour;
       products[4] += a * static_cast<double>(last[l]);
@@ -178,7 +178,7 @@ TEST(RandomLanes, NormalNumbersAreBoxAndMullersTransform) {
   }
 }
 
-TEST(RandomLanes, ManyPairsAreThePairsOneAfterTheOther) {
+TEST(RandomLanes, DrawingManyPairsEqualsDrawingThemOneByOne) {
   for (int pairs = 0; pairs <= 9; ++pairs) {
     RandomLanes together(kSeed + 3), alone(kSeed + 3);
     std::vector<RandomLanes::Floats> many(static_cast<std::size_t>(2 * pairs) + 1), one(many.size());
@@ -191,8 +191,8 @@ TEST(RandomLanes, ManyPairsAreThePairsOneAfterTheOther) {
   }
 }
 
-TEST(RandomLanes, NormalNumbersAreFiniteAtBothEndsOfTheUniformNumbers) {
-  // Seeds whose first draw holds the edge are found by search: one in 2^21.
+TEST(RandomLanes, NormalNumbersAreFiniteForTheSmallestAndLargestUniformNumber) {
+  // Search found seeds whose first draw is the edge value: one in 2^21.
   bool zero = false;
   bool one = false;
   for (std::uint64_t seed = 0; seed < (1U << 26) && !(zero && one); ++seed) {

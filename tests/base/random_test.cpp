@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// xoshiro128++ as its authors publish it: one generator, scalar.
+/// xoshiro128++ as published by its authors: one scalar generator.
 class PlainXoshiro {
  public:
   explicit PlainXoshiro(std::array<std::uint32_t, 4> state) : s_(state) {}
@@ -41,7 +41,7 @@ TEST(SplitMix64, GivesThePublishedSequence) {
   }
 }
 
-TEST(RandomLanes, ThePlainGeneratorOfThisTestGivesThePublishedSequence) {
+TEST(RandomLanes, ReferenceGeneratorOfThisTestGivesThePublishedSequence) {
   PlainXoshiro plain({1, 2, 3, 4});
   for (const std::uint32_t expected : {641U, 1573767U, 3222811527U, 3517856514U, 836907274U, 4247214768U, 3867114732U,
                                        1355841295U, 495546011U, 621204420U}) {
@@ -70,7 +70,7 @@ TEST(RandomLanes, AreEightXoshiro128PlusPlusGeneratorsSeededBySplitMix64) {
   }
 }
 
-TEST(StreamSeed, DiffersByEachOfItsParts) {
+TEST(StreamSeed, ChangesWithEachOfItsParts) {
   std::set<std::uint64_t> seeds;
   std::size_t count = 0;
   for (const std::uint64_t seed : {0ULL, 1ULL, 2ULL}) {
@@ -88,7 +88,7 @@ TEST(StreamSeed, DiffersByEachOfItsParts) {
 
 TEST(StreamSeed, NeighbouringStreamsAreUncorrelated) {
   constexpr int kDraws = 100'000;
-  // A correlation of independent numbers has a standard deviation of 1 / sqrt(draws); five of them never happen.
+  // The correlation of independent numbers has a standard deviation of 1 / sqrt(draws); five of them never occur.
   const double limit = 5.0 / std::sqrt(8.0 * kDraws);
   RandomLanes base(stream_seed(1, Purpose::kNoise, 7, 3));
   RandomLanes others[] = {

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 constexpr Index kRuns = 40, kLength = 400;
 
-/// Runs of one feature and one state, x = slope(k) u + sigma(k) n, k samples since the start.
+/// Runs of one feature u and one state x = slope(k) u + sigma(k) n at sample k, with n normal.
 struct Runs {
   MatrixXd u{1, kRuns*kLength}, x{1, kRuns*kLength};
   std::vector<int> since_start;
@@ -60,7 +60,7 @@ TEST(Ridge, MeanSquaredErrorIsThatOfTheSamples) {
   EXPECT_NEAR(ridge.mean()(0), runs.x.mean(), 1e-12);
 }
 
-TEST(Ridge, SharesOfTwoSetsCountAsWeights) {
+TEST(Ridge, SharesOfTwoSetsActAsWeights) {
   const Runs one([](int) { return 2.0; }, [](int) { return 0.5; }),
       other([](int) { return -1.0; }, [](int) { return 0.1; });
   Ridge first, second, together, weighted;
@@ -73,7 +73,7 @@ TEST(Ridge, SharesOfTwoSetsCountAsWeights) {
   EXPECT_LT((together.fit(1e-6) - weighted.fit(1e-6)).norm(), 1e-12);
 }
 
-TEST(TransientRidge, FindsTheMapOfTheTransientAndTheSettledOne) {
+TEST(TransientRidge, FindsBothTheTransientAndTheSettledMap) {
   // x = (1 + 4 c) u: the map of [u; u c] is exact at every time.
   const Runs runs([](int time) { return 1.0 + 4.0 * clock_at(time); }, [](int) { return 0.0; });
   MatrixXd features(2, runs.u.cols());
@@ -85,21 +85,22 @@ TEST(TransientRidge, FindsTheMapOfTheTransientAndTheSettledOne) {
   EXPECT_NEAR(w(0, 2), 4.0, 1e-6);
 }
 
-TEST(TransientRidge, DoesNotLetLargeEarlyErrorsSpoilTheSettledMap) {
+TEST(TransientRidge, LargeEarlyErrorsDoNotChangeTheSettledMap) {
   // The slope is 5 while c is more than a half, and then 1: one slope cannot be both.
   const Runs runs([](int time) { return time < 14 ? 5.0 : 1.0; }, [](int time) { return time < 14 ? 20.0 : 0.01; });
   const double settled_error = std::abs(runs.fit(runs.u)(0, 1) - 1.0);
-  EXPECT_LT(settled_error, 0.005);                               // a hundredth of what the early samples do to:
+  EXPECT_LT(settled_error, 0.005);  // a hundredth of the error that the early samples cause in
   EXPECT_GT(std::abs(runs.plain_fit(runs.u)(0, 1) - 1.0), 0.1);  // the plain fit, which they pull towards 5
 }
 
-TEST(TransientRidge, IsThePlainFitWhereErrorsAreTheSameAtAllTimes) {
+TEST(TransientRidge, EqualsThePlainFitIfErrorsAreTheSameAtAllTimes) {
   const Runs runs([](int) { return 2.0; }, [](int) { return 0.5; });
-  // Octaves of time count alike instead of samples: the same slope from fewer samples, within their noise.
+  // Each octave of time has the same weight, instead of each sample: the same slope from fewer samples, within their
+  // noise.
   EXPECT_NEAR(runs.fit(runs.u)(0, 1), runs.plain_fit(runs.u)(0, 1), 0.03);
 }
 
-TEST(TransientRidge, TakesSamplesInAnyBlocks) {
+TEST(TransientRidge, GivesTheSameMapForSamplesInAnyBlocks) {
   const Runs runs([](int time) { return 1.0 + clock_at(time); }, [](int time) { return 0.1 + clock_at(time); });
   TransientRidge ridge;
   for (Index from = 0; from < runs.u.cols(); from += 1000) {

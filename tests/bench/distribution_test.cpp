@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 Distribution one_to_thousand() {
   Distribution durations("one to thousand", 1000);
-  for (int i = 0; i < 1000; ++i) durations.add(1 + i * 7 % 1000);  // each once, in disorder
+  for (int i = 0; i < 1000; ++i) durations.add(1 + i * 7 % 1000);  // each value once, shuffled
   durations.sort();
   return durations;
 }
@@ -31,7 +31,7 @@ TEST(Distribution, QuantilesAreThoseOfAllValues) {
   EXPECT_EQ(durations.quantile_ns(1.0), 1000.0);
 }
 
-TEST(Distribution, DropsExcessValuesAndUnusedRoom) {
+TEST(Distribution, DropsValuesBeyondItsCapacityAndFreesUnusedMemory) {
   Distribution small("small", 2), empty("empty", 5);
   for (const int value : {5, 3, 9}) small.add(value);
   small.sort();
@@ -41,9 +41,9 @@ TEST(Distribution, DropsExcessValuesAndUnusedRoom) {
   EXPECT_TRUE(empty.values_ns().empty());
 }
 
-TEST(DrawHistograms, WritesAPictureAndSaysWhenItCannot) {
+TEST(DrawHistograms, WritesAFigureOrSaysWhyItCannot) {
   const Distribution durations = one_to_thousand();
-  // A quote in a path is a letter like others, and no end of gnuplot's string.
+  // A quote in a path must not end the string of gnuplot.
   const fs::path path = fs::path(::testing::TempDir()) / ("nlo'histogram" + std::to_string(getpid()) + ".svg");
   ASSERT_EQ(draw_histograms({{"calls", {&durations}}, {"again", {&durations, &durations}}}, path.string()), "");
   std::ifstream file(path);
@@ -55,7 +55,7 @@ TEST(DrawHistograms, WritesAPictureAndSaysWhenItCannot) {
               ::testing::HasSubstr("/no/such/folder/picture.svg"));
 }
 
-TEST(DrawHistograms, SaysThatThereIsNoGnuplot) {
+TEST(DrawHistograms, SaysThatGnuplotIsMissing) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/no/such/folder", 1);
   const Distribution durations = one_to_thousand();

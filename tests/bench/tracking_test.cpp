@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tracking of ratios with invented results: medians, which decreases are reported, and the exit codes on which scripts
-// rely.
+// Tracking of benchmark ratios, with made-up results: medians, which decreases are reported, and the exit codes on
+// which scripts rely.
 #include "bench/tracking.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ Json result_of(const Json& ratios) {
   return collect({run_of("some", ratios)}, kMachine);
 }
 
-/// A directory of its own that goes away.
+/// A test with a directory of its own, which is removed at the end.
 class Files : public ::testing::Test {
  protected:
   Files() : directory_(fs::path(::testing::TempDir()) / ("nlo_tracking_" + std::to_string(getpid()))) {
@@ -52,7 +52,7 @@ class Files : public ::testing::Test {
     std::ifstream file(path(name));
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   }
-  /// Exit code of the program; what it says is left in "said".
+  /// Runs the comparison and returns its exit code; its output is in the file "said".
   int compare(const std::string& arguments) const {
     const int status =
         std::system((std::string(NLO_COMPARE) + ' ' + arguments + " > " + path("said") + " 2>&1").c_str());
@@ -63,7 +63,7 @@ class Files : public ::testing::Test {
   fs::path directory_;
 };
 
-TEST(Collect, TakesTheMedianOfEachBenchmarksRuns) {
+TEST(Collect, UsesTheMedianOfTheRunsOfEachBenchmark) {
   const Json result = collect({run_of("some", {{"a / b", 1.0}, {"c / d", 5.0}}), run_of("other", {{"a / b", 7.0}}),
                                run_of("some", {{"a / b", 4.0}}), run_of("some", {{"a / b", 2.0}, {"c / d", 6.0}})},
                               kMachine);
@@ -75,14 +75,14 @@ TEST(Collect, TakesTheMedianOfEachBenchmarksRuns) {
   EXPECT_EQ(result.at("machine"), kMachine);
 }
 
-TEST(Collect, RefusesRunsOfTwoBuildsAndFilesThatAreNoRun) {
+TEST(Collect, RefusesRunsOfDifferentBuildsAndFilesThatAreNotRuns) {
   EXPECT_THROW(collect({run_of("some", {{"a", 1.0}}), run_of("some", {{"a", 1.0}}, "-O0")}, kMachine),
                std::runtime_error);
   EXPECT_THROW(collect({Json{{"ratios", {}}}}, kMachine), std::runtime_error);
   EXPECT_THROW(collect({Json::array()}, kMachine), std::runtime_error);
 }
 
-TEST(Compare, FlagsOnlyRatiosThatFellByMoreThanTheTolerance) {
+TEST(Compare, ReportsOnlyRatiosThatFellByMoreThanTheTolerance) {
   const Json before = result_of({{"a / b", 2.0}, {"c / d", 1.0}});
   EXPECT_EQ(compare(before, before, 0.1).fallen, 0);
   EXPECT_EQ(compare(before, result_of({{"a / b", 1.81}, {"c / d", 9.0}}), 0.1).fallen, 0);
@@ -101,7 +101,7 @@ TEST(Compare, ListsMissingAndNewRatios) {
   EXPECT_EQ(compare(result_of({{"a / b", 2.0}}), empty, 0.1).missing, 1) << "a whole benchmark is gone";
 }
 
-TEST(Compare, NamesOtherChangesOfTheMachine) {
+TEST(Compare, NamesChangesOfMachineAndBuild) {
   Json now = result_of({{"a / b", 2.0}});
   EXPECT_THAT(compare(now, now, 0.1).differences, "");
   const Json before = now;
@@ -118,7 +118,7 @@ TEST(Markdown, HasARowPerRatioThatSaysWhetherItMeetsItsTarget) {
   EXPECT_THAT(markdown(result_of({{"a / b", 1.99}})), HasSubstr("**not met**"));
 }
 
-TEST_F(Files, ExitCodesAreOneForAFallAndTwoForMisuse) {
+TEST_F(Files, ExitCodeIsOneForADecreaseAndTwoForWrongUsage) {
   const std::string before = write("before.json", result_of({{"a / b", 2.0}}).dump());
   const std::string good = write("good.json", result_of({{"a / b", 2.1}}).dump());
   const std::string bad = write("bad.json", result_of({{"a / b", 1.0}}).dump());
@@ -133,7 +133,7 @@ TEST_F(Files, ExitCodesAreOneForAFallAndTwoForMisuse) {
   EXPECT_EQ(compare(before + ' ' + good + " --tolerance 10%"), 2);
 }
 
-TEST_F(Files, ResultsOfABenchmarkAreCollectedAndTabulatedInADocument) {
+TEST_F(Files, CollectsResultsOfABenchmarkAndWritesTheirTableIntoADocument) {
   const std::string file = path("run.json");
   std::string arguments[] = {"bench", "--json", file, "7"};
   char* argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), arguments[3].data(), nullptr};
@@ -151,7 +151,7 @@ TEST_F(Files, ResultsOfABenchmarkAreCollectedAndTabulatedInADocument) {
   EXPECT_EQ(compare("--write " + path("result.json") + ' ' + write("plain.md", "no marks\n")), 2);
 }
 
-TEST_F(Files, ARatioThatIsNotFiniteIsNotWritten) {
+TEST_F(Files, RefusesToWriteARatioThatIsNotFinite) {
   std::string arguments[] = {"bench", "--json", path("run.json")};
   char* argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
   int argc = 3;

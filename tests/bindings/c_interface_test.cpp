@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The C interface for every structure: its results are those of the observers, and it refuses wrong arguments.
+// The C interface for each structure: its results equal those of the observers, and it refuses wrong arguments.
 #include "tests/bindings/pointers.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kStaleAfter = 10, kSamples = 120, kHalf = kSamples / 2;
 
-/// A model through the C interface, with measurements that try it: missed, out of range, late.
+/// A model behind the C interface, with difficult measurements: missing, out of range, late.
 struct Tried {
   explicit Tried(const Model& m) : model(loaded(to_json(m))), inputs(replay_inputs(m, kStaleAfter, 3, kSamples)) {
     y = inputs.outputs.topRows(m.measured());
@@ -30,7 +30,7 @@ struct Tried {
     time_s.resize(kSamples);
     double now = 0.0;
     for (Eigen::Index k = 0; k < kSamples; ++k) time_s(k) = now += dt_s(k);
-    for (Eigen::Index k = 1; k < kSamples; ++k) dt_s(k) = time_s(k) - time_s(k - 1);  // as the stamps have it
+    for (Eigen::Index k = 1; k < kSamples; ++k) dt_s(k) = time_s(k) - time_s(k - 1);  // steps from the time stamps
     for (Eigen::Index k = 0; k < kSamples; ++k)
       if (std::abs(dt_s(k) - m.sample_period_s) < 1e-8 * m.sample_period_s) dt_s(k) = m.sample_period_s;
   }
@@ -83,8 +83,8 @@ TEST(CInterface, StepsEveryStructureWithTheBitsOfItsObserver) {
   }
 }
 
-TEST(CInterface, ARunIsItsStepsForEveryStructure) {
-  constexpr double kRounding = 1e-10;  // products of matrices sum in another order: 1e-16 of sums of some 1e3 terms
+TEST(CInterface, ARunEqualsItsStepsForEveryStructure) {
+  constexpr double kRounding = 1e-10;  // matrix products sum in another order: 1e-16 of sums up to about 1e3
   for (const Model& m : example_models()) {
     SCOPED_TRACE(m.name);
     const Tried tried(m);
@@ -117,7 +117,7 @@ TEST(CInterface, ARunIsItsStepsForEveryStructure) {
   }
 }
 
-TEST(CInterface, CopiesAndRestoredObserversGoOnWithTheSameBits) {
+TEST(CInterface, CopiesAndRestoredObserversContinueWithTheSameBits) {
   for (const Model& m : example_models()) {
     SCOPED_TRACE(m.name);
     const Tried tried(m);
@@ -140,7 +140,7 @@ TEST(CInterface, CopiesAndRestoredObserversGoOnWithTheSameBits) {
   }
 }
 
-TEST(CInterface, ABadSavedStateIsRefusedAndChangesNothing) {
+TEST(CInterface, RefusesACorruptedStateWithoutChangingAnything) {
   for (const Model& m : structure_models()) {
     SCOPED_TRACE(m.name);
     const Tried tried(m);
@@ -190,7 +190,7 @@ TEST(CInterface, SizesNamesAndUnitsAreThoseOfTheModel) {
   }
 }
 
-TEST(CInterface, TheLinearLatentSystemAndTheInverseMapAreThoseOfTheModel) {
+TEST(CInterface, LatentSystemAndInverseMapAreThoseOfTheModel) {
   for (const Model& m : example_models()) {
     SCOPED_TRACE(m.name);
     const ModelPointer model = loaded(to_json(m));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The installed libnlo-model.so: steps, estimates and all other calls in a loop allocate no memory from the system and
-// take no lock, for every structure, and give the bits of the reference.
+// The installed libnlo-model.so: in a loop of steps, estimates and all other calls it allocates no memory from the
+// system and takes no lock, for each structure, and gives the bits of the reference.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -20,7 +20,7 @@ using nlo::testing::Trap;
 
 constexpr int kStaleAfter = 10, kSamples = 60;
 
-/// A flight, with what it takes of memory and what it answers.
+/// A flight: its allocations and its results.
 struct Flown {
   explicit Flown(const Model& m)
       : inputs(replay_inputs(m, kStaleAfter, 3, kSamples)),
@@ -31,7 +31,7 @@ struct Flown {
 
   const double* u(Eigen::Index k) const { return inputs.inputs.rows() == 0 ? nullptr : inputs.inputs.col(k).data(); }
 
-  /// Allocations and locks of this thread from the first step on.
+  /// Returns the number of allocations and locks of this thread from the first step on.
   int fly(const Model& m, nlo_observer* observer) {
     state.resize(nlo_observer_state_size(observer));
     Trap trap;
@@ -89,7 +89,7 @@ TEST(StepMemory, ALoopAllocatesNothingElseForAnyStructure) {
     }
 }
 
-TEST(StepMemory, BelongsToTheObserverAndNotToItsThread) {
+TEST(StepMemory, BelongsToTheObserverInsteadOfItsThread) {
   const Model m = rig_model();
   ModelPointer model = loaded(to_json(m));
   ObserverPointer first(nlo_observer_create(model.get(), NLO_FLOAT)), second(nlo_observer_copy(first.get()));
@@ -107,18 +107,18 @@ TEST(StepMemory, BelongsToTheObserverAndNotToItsThread) {
   EXPECT_EQ(taken_by_other, 0);
   EXPECT_EQ(one.x_hat, other.x_hat);
   EXPECT_EQ(one.failed + other.failed, 0);
-  const ObserverPointer third(nlo_observer_copy(first.get()));  // as it is after the flight
+  const ObserverPointer third(nlo_observer_copy(first.get()));  // in the state after the flight
   first.reset();
   Eigen::VectorXd x_hat(m.nx());
   EXPECT_EQ(nlo_observer_estimate(third.get(), x_hat.data()), NLO_DONE);
   EXPECT_EQ(x_hat, one.x_hat.rightCols(1));
 }
 
-TEST(StepMemory, ARefusalInALoopHarmsNothing) {
+TEST(StepMemory, ARefusalInALoopHasNoOtherEffect) {
   const Model m = driven_model();
   const ModelPointer model = loaded(to_json(m));
   const ObserverPointer observer(nlo_observer_create(model.get(), NLO_FLOAT));
-  EXPECT_STREQ(nlo_last_error(), "");  // no error when it was made
+  EXPECT_STREQ(nlo_last_error(), "");  // no error at its creation
   Flown flown(m);
   double sigma = 0.0;
   for (int times = 0; times < 100; ++times) {
@@ -130,8 +130,8 @@ TEST(StepMemory, ARefusalInALoopHarmsNothing) {
   expect_reference_bits<float>(m, flown);
 }
 
-/// The control: what the library takes is seen.
-TEST(StepMemory, ControlTheTrapSeesAllocationsOutsideOfALoop) {
+/// Control: the test detects allocations of the library.
+TEST(StepMemory, ControlTheTrapDetectsAllocationsOutsideOfALoop) {
   const Model m = tiny_model();
   const ModelPointer model = loaded(to_json(m));
   const double y[3] = {0.1, 0.2, 0.3};

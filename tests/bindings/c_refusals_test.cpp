@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The C interface with wrong arguments: it returns a code and a text and never crashes.
+// The C interface with wrong arguments: it returns a code and a text, and never crashes.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -16,35 +16,36 @@
 namespace nlo::codegen {
 namespace {
 
-TEST(CInterfaceRefusals, BytesThatAreCutOffAreRefused) {
+TEST(CInterfaceRefusals, RefusesTruncatedModels) {
   const std::string json = to_json(tiny_model());
-  for (std::size_t size = 0; size + 2 < json.size(); ++size) {  // the last: a closing brace and the end of its line
+  for (std::size_t size = 0; size + 2 < json.size();
+       ++size) {  // without the last two bytes, brace and newline, only the brace is missing
     ASSERT_EQ(nlo_model_from_bytes(json.data(), size), nullptr) << size << " of " << json.size();
     ASSERT_NE(std::string(nlo_last_error()), "");
   }
 }
 
-TEST(CInterfaceRefusals, FlippedBitsAreRefusedOrAreAnotherModelThatSteps) {
+TEST(CInterfaceRefusals, RefusesFlippedBitsOrLoadsAnotherValidModel) {
   const std::string json = to_json(tiny_model());
-  int refused = 0, taken = 0;
+  int refused = 0, accepted = 0;
   for (std::size_t bit = 0; bit < 8 * json.size(); bit += 3) {
-    std::string spoilt = json;
-    spoilt[bit / 8] = static_cast<char>(spoilt[bit / 8] ^ (1 << (bit % 8)));
-    const ModelPointer model = loaded(spoilt);
+    std::string corrupted = json;
+    corrupted[bit / 8] = static_cast<char>(corrupted[bit / 8] ^ (1 << (bit % 8)));
+    const ModelPointer model = loaded(corrupted);
     if (model == nullptr) {
       ++refused;
       ASSERT_NE(std::string(nlo_last_error()), "") << "bit " << bit;
       continue;
     }
-    ++taken;
+    ++accepted;
     const ObserverPointer observer(nlo_observer_create(model.get(), NLO_FLOAT));
     const std::vector<double> y(static_cast<std::size_t>(nlo_model_ny(model.get())), 0.5);
     std::vector<double> x_hat(static_cast<std::size_t>(nlo_model_nx(model.get())));
     for (int k = 0; k < 3; ++k) ASSERT_GE(nlo_observer_step(observer.get(), y.data(), nullptr), 0);
     ASSERT_EQ(nlo_observer_estimate(observer.get(), x_hat.data()), NLO_DONE);
   }
-  EXPECT_GT(refused, taken) << "a digit may change, but no key and no bracket";
-  EXPECT_GT(taken, 0) << "control: some flips are of digits";
+  EXPECT_GT(refused, accepted) << "a flip may change a digit, but no key or bracket";
+  EXPECT_GT(accepted, 0) << "control: some flips change digits";
 }
 
 TEST(CInterfaceRefusals, ErrorsNameTheFileAndTheField) {
@@ -60,7 +61,7 @@ TEST(CInterfaceRefusals, ErrorsNameTheFileAndTheField) {
   EXPECT_EQ(std::string(nlo_last_error()).rfind(path + ": version", 0), 0U) << nlo_last_error();
   EXPECT_EQ(nlo_model_from_file(scratch.path("none.json").c_str()), nullptr);
   EXPECT_NE(std::string(nlo_last_error()).find("none.json"), std::string::npos) << nlo_last_error();
-  std::thread([] { EXPECT_STREQ(nlo_last_error(), "") << "another thread's"; }).join();
+  std::thread([] { EXPECT_STREQ(nlo_last_error(), "") << "each thread has its own error"; }).join();
 }
 
 TEST(CInterfaceRefusals, NullPointersAndWrongNumbersAreRefused) {
@@ -75,7 +76,7 @@ TEST(CInterfaceRefusals, NullPointersAndWrongNumbersAreRefused) {
   EXPECT_EQ(nlo_model_from_file(nullptr), nullptr);
   EXPECT_EQ(nlo_observer_step(nullptr, y, y), NLO_BAD_ARGUMENT);
   EXPECT_EQ(nlo_observer_step(observer.get(), nullptr, y), NLO_BAD_ARGUMENT);
-  EXPECT_EQ(nlo_observer_step(observer.get(), y, nullptr), NLO_BAD_ARGUMENT) << "it has inputs";
+  EXPECT_EQ(nlo_observer_step(observer.get(), y, nullptr), NLO_BAD_ARGUMENT) << "u is missing";
   EXPECT_STREQ(nlo_last_error(), "u is NULL");
   EXPECT_EQ(nlo_observer_estimate(observer.get(), nullptr), NLO_BAD_ARGUMENT);
   EXPECT_EQ(nlo_observer_estimate(nullptr, out), NLO_BAD_ARGUMENT);

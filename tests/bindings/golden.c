@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Golden inputs of `nlo export --target replay-c99` through libnlo-model: the generated header is given these functions
- * in place of the exported observer, so that it compares the interface with the answers that firmware must give.
- * GOLDEN_... are sizes and names of a model, GOLDEN_NU 0 where it has no inputs; see installed.sh.   usage: golden MODEL.json
+ * instead of the exported observer, so it compares the interface with the golden results of firmware.
+ * GOLDEN_... are sizes and names of a model, with GOLDEN_NU 0 if it has no inputs; see installed.sh.
+ * usage: golden MODEL.json
  */
 #include <nlo_model.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of an observer's steps: its pieces do not overlap, are aligned and can be returned; if it is used up, that
-// is reported.
+// The memory of an observer's steps: its blocks do not overlap, are aligned and can be returned; exhaustion is
+// reported.
 #include "bindings/c/step_memory.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace nlo::c_interface {
 namespace {
 
-TEST(StepMemoryPieces, AreApartAndAlignedAndComeBack) {
+TEST(StepMemoryPieces, AreDisjointAlignedAndReusable) {
   StepMemory memory(1 << 16);
   std::vector<void*> pieces;
   for (const std::size_t size : {0U, 1U, 63U, 64U, 65U, 1000U, 4096U}) {
@@ -39,7 +39,7 @@ TEST(StepMemoryPieces, AreApartAndAlignedAndComeBack) {
   EXPECT_FALSE(memory.owns(nullptr));
 }
 
-TEST(StepMemoryPieces, RunOutWithoutHarm) {
+TEST(StepMemoryPieces, ReportExhaustion) {
   StepMemory memory(4096);
   EXPECT_EQ(memory.take(1 << 20), nullptr);
   EXPECT_TRUE(memory.ran_out());
@@ -49,7 +49,7 @@ TEST(StepMemoryPieces, RunOutWithoutHarm) {
   EXPECT_EQ(count, 4096 / (128 + 16));
 }
 
-TEST(StepMemoryPieces, AreInUseWhereAUseLives) {
+TEST(StepMemoryPieces, AreInUseDuringTheLifetimeOfAUse) {
   StepMemory outer(4096), inner(4096);
   EXPECT_EQ(StepMemory::in_use(), nullptr);
   {

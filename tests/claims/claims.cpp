@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs the ledger of results (docs/results.toml): trains, evaluates, exports and flies as a user would, and compares
-// every figure with the one that is published.
+// Reproduces the ledger of results (docs/results.toml): trains, evaluates, exports and flies as a user does, and
+// compares each figure with the published one.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -42,14 +42,14 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-/// The folder of an experiment's logs; empty: they are not here.
+/// Returns the folder of an experiment's logs; empty if they are missing.
 std::string data_folder(const Experiment& experiment, const Options& options) {
   for (const std::string& root : {options.tools.source, options.data})
     if (fs::is_directory(root + "/" + experiment.data)) return root + "/" + experiment.data;
   return "";
 }
 
-/// A shipped name as it is; a file by its path; the TOML of a page as a file in `directory`.
+/// Returns a shipped name unchanged, a file by its path, and the TOML of a page as a file in `directory`.
 std::string train_argument(const Experiment& experiment, const Options& options, const std::string& directory) {
   const std::string file = options.tools.source + "/" + experiment.train;
   if (!fs::exists(file)) return experiment.train;
@@ -132,7 +132,7 @@ class Claims {
 
   int run() {
     if (!options_.tables) {
-      // Each experiment alone has one thread: several side by side use the cores better than one on all of them.
+      // Each experiment uses one thread: several experiments in parallel use the cores better than one on all threads.
       std::vector<Job> jobs;
       for (const Experiment& experiment : ledger_.experiments)
         if (const std::vector<Claim*> claims = claims_of(experiment); !claims.empty())
@@ -156,7 +156,7 @@ class Claims {
  private:
   bool wanted(const std::string& id) const { return id.starts_with(options_.only); }
 
-  /// The claims to be made again.
+  /// Returns the claims to reproduce.
   std::vector<Claim*> claims_of(const Experiment& experiment) {
     std::vector<Claim*> claims;
     if (options_.quick && !experiment.quick) return claims;
@@ -166,7 +166,7 @@ class Claims {
     return claims;
   }
 
-  /// Its logs are not here.
+  /// Returns whether the logs of the claim are missing.
   bool left_out(const Claim& claim) {
     if (claim.run.find("{data}") == std::string::npos || fs::is_directory(options_.data)) return false;
     fmt::print("{}: left out, its logs are not in {}\n", claim.id, options_.data);
@@ -222,7 +222,7 @@ class Claims {
     }
   }
 
-  /// Nothing is drawn there: one run of each command is all.
+  /// Identifications have no random numbers, so one run of each command is enough.
   void identifications() {
     std::map<std::string, nlohmann::json> said;
     for (Claim& claim : ledger_.claims) {

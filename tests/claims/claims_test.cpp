@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The program `claims`, interrupted and continued.
+// Tests that the program `claims` continues after an interruption.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ at_least = 0.0
   EXPECT_THAT(stopped.err, HasSubstr("1 of 1 trainings left; to continue: "));
   EXPECT_THAT(stopped.err, HasSubstr("--ledger ledger.toml --work work --resume\n"));
   EXPECT_TRUE(scratch.has("work/a_1/finished.json"));
-  EXPECT_FALSE(scratch.has("work/a_3")) << "control: it was stopped before its end";
+  EXPECT_FALSE(scratch.has("work/a_3")) << "control: it was interrupted before its end";
 
   std::vector<std::string> more = arguments;
   more.push_back("--resume");

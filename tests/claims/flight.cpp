@@ -34,7 +34,7 @@ using trainer::Trajectory;
 constexpr int kRuns = 8;
 constexpr unsigned long long kSeed = 1;
 
-/// The flown runs: the truth and the sensors' readings.
+/// The flown runs: true states and measurements.
 struct Flights {
   Dataset truth;
   std::vector<Eigen::MatrixXd> measured;
@@ -57,7 +57,7 @@ Flights flights(const Experiment& experiment, const trainer::Experiment& config,
   return result;
 }
 
-/// One line per sample for fly.cpp.
+/// Returns one line per sample for fly.cpp.
 std::string lines_of(const Dataset& set, const Trajectory& run, const Eigen::MatrixXd& measured, Eigen::Index inputs) {
   std::string text;
   for (Eigen::Index k = 0; k < run.samples(); ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer as it flies: exported, compiled by the user's compiler, and stepped over whole runs from their first
-// sample, masked or not.
+// Flies an observer: exports it, compiles it with the user's compiler, and steps it over whole runs, including masked
+// samples.
 #pragma once
 
 #include <map>
@@ -16,18 +16,18 @@ struct Tools {
   std::string work;
 };
 
-/// Runs a command, what it says in LOG; returns what it printed on stdout. Throws std::runtime_error with the end of
-/// LOG when it fails.
+/// Runs a command with its stderr in LOG and returns its stdout. If the command fails, throws std::runtime_error with
+/// the end of LOG.
 std::string output_of(const std::string& command, const std::string& log);
 
-/// Figures of the flight of DIRECTORY/model.json, over the test logs in `data`, or over the first eight runs of the
-/// plant's test set:
+/// Returns the figures of a flight of DIRECTORY/model.json over the test logs in `data`, or over the first eight runs
+/// of the plant's test set:
 ///   in_domain            share of samples with in_domain()
-///   first_in_domain      share of runs whose first sample has it
+///   first_in_domain      share of runs whose first sample has in_domain()
 ///   first_in_range       share of runs whose first estimate lies within the range of the truth
 ///   ok                   share of samples with StepStatus::kOk
-///   rmse STATE           over the samples whose truth counts, in the state's unit
-///   parity STATE         largest difference from the estimates that `nlo evaluate` judges, over the RMS of the state
+///   rmse STATE           over the samples that are not masked, in the unit of the state
+///   parity STATE         largest difference from the estimates of `nlo evaluate`, divided by the RMS of the state
 std::map<std::string, double> fly(const Experiment& experiment, const std::string& directory, const std::string& data,
                                   const Tools& tools);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs an exported header as in a user's loop: reads one measurement per line and writes one estimate per line.
+// Runs an exported header in a user's loop: reads one measurement per line and writes one estimate per line.
 //   in   dt_s y... u...     dt_s 0: the sample period; angles as a sensor shows them
 //   out  status in_domain x_hat...
 // Compiled with NLO_HEADER, the header, and NLO_MODEL, its namespace in nlo.
@@ -27,7 +27,7 @@ bool read_all(Values& values) {
   return true;
 }
 
-/// A template, so that the branch that does not fit the observer is not compiled.
+/// A template, so that only the branch that fits the observer is compiled.
 template <class Observer>
 int fly(Observer& flown) {
   typename Observer::Scalar dt_s = 0;

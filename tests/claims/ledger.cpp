@@ -46,7 +46,7 @@ std::string quoted(const Texts& texts) {
   return fmt::format("[{}]", fmt::join(each, ", "));
 }
 
-/// shortest_text() may print an integer, and a float of TOML has a point.
+/// shortest_text() may print an integer, but a float in TOML needs a point.
 std::string toml_float(double value) {
   const std::string text = shortest_text(value);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
@@ -98,11 +98,11 @@ void check(const Ledger& ledger) {
     if (!tables.insert(t.id).second) fail(fmt::format("table \"{}\" is given twice", t.id));
     for (const Texts& row : t.rows)
       if (row.size() != t.heading.size()) fail(fmt::format("table \"{}\": a row has {} cells", t.id, row.size()));
-    (void)table_text(ledger, t);  // names claims that exist
+    (void)table_text(ledger, t);  // throws if a table names an unknown claim
   }
 }
 
-/// The fields of a line of CSV; quotes as `nlo reproduce` writes them.
+/// Returns the fields of a line of CSV, quoted as `nlo reproduce` writes them.
 std::vector<std::string> fields(const std::string& line) {
   std::vector<std::string> result{""};
   bool inside = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ledger of results: every estimation figure that README and docs print, with the command that makes it. One file,
-// docs/results.toml, read, checked and written back by the program `claims`.
+// The ledger of results: each estimation error that README and docs print, with the command that produces it. The
+// program `claims` reads, checks and writes this file, docs/results.toml.
 #pragma once
 
 #include <map>
@@ -14,16 +14,16 @@ namespace nlo::claims {
 /// A training: `nlo train TRAIN --set SET... --seed N`, N = 1 to `seeds`.
 struct Experiment {
   std::string id;
-  std::string train;  ///< a shipped name, or a file of this repository: of a page its first block of TOML
-  /// Folder of the logs, {data} in what its claims run: of this repository, or of the logs kept beside it; empty: none.
+  std::string train;  ///< a shipped name, or a file of this repository; from a page, its first block of TOML
+  /// Folder of the logs, {data} in the commands of its claims: in this repository, or beside it; empty: none.
   std::string data;
   int seeds = 3;
-  bool quick = false;                 ///< part of the quick run, with one seed: its claims that are not `slow`
-  std::vector<std::string> set = {};  ///< section.key=value
+  bool quick = false;  ///< whether the quick run includes it, with one seed and without its `slow` claims
+  std::vector<std::string> set = {};            ///< section.key=value
   std::vector<std::string> flight_inputs = {};  ///< excitation of the plant in flight
   std::string flight_noise = "none";
-  bool trains_on_data = true;  ///< false: it simulates, and the logs are for its tests alone
-  bool watched = false;        ///< the model gets a monitor, too
+  bool trains_on_data = true;  ///< false: it trains on simulated runs, and the logs are only for its tests
+  bool watched = false;        ///< whether the model also gets a monitor
 };
 
 /// One figure.
@@ -37,14 +37,15 @@ struct Experiment {
 ///   metric  a JSON pointer; the name of a figure of the flight; or "row | column | reading" of the item's CSV
 struct Claim {
   std::string id, experiment, run, metric;
-  std::optional<double> tolerance;          ///< relative: how far the figure may move. Twice that in a quick run
-  std::optional<double> at_least, at_most;  ///< or a limit, which a figure may not pass
+  std::optional<double> tolerance;          ///< relative change that the figure may have; twice that in a quick run
+  std::optional<double> at_least, at_most;  ///< or a limit of the figure
   double value = 0.0, spread = 0.0;         ///< mean and population deviation over training seeds
   bool measured = false;
-  bool slow = false;  ///< no part of the quick run
+  bool slow = false;  ///< whether the quick run leaves it out
 };
 
-/// A table between `<!-- results ID -->` and `<!-- end of results -->` of a file; {claim} in a cell is its figure.
+/// A table between `<!-- results ID -->` and `<!-- end of results -->` in a file; {claim} in a cell stands for its
+/// figure.
 struct Table {
   std::string id, file;
   std::vector<std::string> heading;
@@ -57,24 +58,24 @@ struct Ledger {
   std::vector<Table> tables;
 };
 
-/// Throws std::runtime_error naming the entry that is wrong: an unknown experiment or claim, an id that is given twice,
-/// neither tolerance nor limit.
+/// Parses a ledger. Throws std::runtime_error that names the wrong entry: an unknown experiment or claim, an id given
+/// twice, neither tolerance nor limit.
 Ledger read_ledger(const std::string& text, const std::string& file);
 
 /// Writes the entries with their latest figures. Reading the text gives the same ledger.
 std::string write_ledger(const Ledger& ledger);
 
-/// Value and spread as nlo itself prints them: "0.0881 ± 0.00040".
+/// Returns value and spread as nlo prints them: "0.0881 ± 0.00040".
 std::string figure_text(const Claim& claim);
 
-/// `page` with the tables of `file` as the ledger has them now. Throws std::runtime_error when the markers of one are
-/// missing, or when the page has markers of a table that is not in the ledger.
+/// Returns `page` with the current tables of `file`. Throws std::runtime_error if the markers of a table are missing,
+/// or if the page has markers of a table that is not in the ledger.
 std::string with_tables(const Ledger& ledger, const std::string& file, std::string page);
 
-/// Empty when `measured` agrees with the claim; else what is wrong with it.
+/// Returns an empty text if `measured` agrees with the claim, otherwise the difference.
 std::string disagreement(const Claim& claim, double measured, bool quick);
 
-/// Mean and deviation of "table | row | column | reading" in an item's CSV.
+/// Returns mean and deviation of "table | row | column | reading" in the CSV of an item.
 std::pair<double, double> reproduced(const Claim& claim, const std::string& csv);
 
 }  // namespace nlo::claims

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ledger is only useful if its checks can fail: the tests make a figure or a page wrong in each possible way.
+// A ledger is only useful if its checks can fail: each test changes a figure or a page and expects an error.
 #include "tests/claims/ledger.h"
 
 #include <gmock/gmock.h>
@@ -69,26 +69,26 @@ TEST(Ledger, ReadsItsOwnText) {
     EXPECT_THAT(written, HasSubstr(part));
 }
 
-TEST(Ledger, AFigureThatMovedPastItsToleranceIsSaid) {
+TEST(Ledger, ReportsAFigureBeyondItsTolerance) {
   const Ledger ledger = read_ledger(kText, "ledger.toml");
   const Claim &rate = ledger.claims[0], &domain = ledger.claims[1];
   EXPECT_EQ(disagreement(rate, 0.104, false), "");
   EXPECT_THAT(disagreement(rate, 0.106, false), HasSubstr("moved from 0.1 to 0.106, by 6.0 % where 5.0 % is allowed"));
   EXPECT_THAT(disagreement(rate, 0.094, false), HasSubstr("moved"))
-      << "a better figure is not the published one either";
-  EXPECT_EQ(disagreement(rate, 0.106, true), "") << "a quick run has one seed";
+      << "a better figure also differs from the published one";
+  EXPECT_EQ(disagreement(rate, 0.106, true), "") << "a quick run with one seed has twice the tolerance";
   EXPECT_THAT(disagreement(rate, 0.12, true), HasSubstr("moved"));
   EXPECT_THAT(disagreement(rate, std::nan(""), true), HasSubstr("not finite"));
   EXPECT_EQ(disagreement(domain, 0.995, true), "");
   EXPECT_THAT(disagreement(domain, 0.98, true), HasSubstr("below 0.99"));
 }
 
-TEST(Ledger, EntriesThatNameNothingOrCannotFailAreRefused) {
+TEST(Ledger, RefusesEntriesThatNameNothingOrCannotFail) {
   EXPECT_EQ(refusal(kText), "");
   EXPECT_THAT(refusal(with(kText, "experiment = \"rig\"", "experiment = \"rag\"")), HasSubstr("no experiment \"rag\""));
   EXPECT_EQ(
       refusal(with(kText, "experiment = \"rig\"\nrun = \"flight\"", "run = \"identify qube --data {data}/qube\"")), "")
-      << "an identification trains nothing";
+      << "an identification has no training";
   EXPECT_THAT(refusal(with(kText, "experiment = \"rig\"\nrun = \"flight\"", "run = \"identified\"")),
               HasSubstr("no experiment"));
   EXPECT_THAT(refusal(with(kText, "{rig.rate}", "{rig.rat}")), HasSubstr("no claim \"rig.rat\""));
@@ -124,12 +124,11 @@ TEST(Ledger, TablesReplaceTheTextBetweenTheirMarkers) {
   EXPECT_THROW((void)with_tables(ledger, "page.md", page + "<!-- results other -->"), std::runtime_error);
 }
 
-TEST(Ledger, TheShippedPagesShowTheLedgersFigures) {
+TEST(Ledger, TheShippedPagesShowTheFiguresOfTheLedger) {
   const std::string root = std::string(NLO_SOURCE_DIR) + "/", file = "docs/results.toml";
   const std::string text = codegen::read_file(root + file);
   const Ledger ledger = read_ledger(text, file);
-  EXPECT_TRUE(write_ledger(ledger) == text)
-      << file << " is not in the form that the ledger is written in: run claims --tables";
+  EXPECT_TRUE(write_ledger(ledger) == text) << file << "  is not formatted: run claims --tables";
   for (const Claim& claim : ledger.claims) EXPECT_TRUE(claim.measured) << claim.id << ": run claims --update";
   for (const Table& table : ledger.tables) {
     const std::string page = codegen::read_file(root + table.file);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every activation through every table that codegen has of them. tests/nn/network_activations_test.cpp tests the
-// trainer's.
+// Each activation in all tables of codegen. tests/nn/network_activations_test.cpp tests those of the trainer.
 #include "codegen/model/activations.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +29,7 @@ class EachActivation : public ::testing::TestWithParam<ActivationRow> {
   static constexpr double kDifference = 1e-8;  // their error: kStep^2 times a third derivative of 4 at most
   const ActivationRow& row() const { return GetParam(); }
 
-  /// Calls check(v) over what a network meets, and beyond.
+  /// Calls check(v) over the range of arguments in networks, and beyond.
   template <class Check>
   void over_inputs(const Check& check) const {
     for (double v = -12.0; v <= 12.0; v += 0.01171875) {
@@ -56,26 +55,26 @@ std::vector<ActivationRow> trained_rows() {
 INSTANTIATE_TEST_SUITE_P(Activations, EachActivation, ::testing::ValuesIn(kActivations), test_name);
 INSTANTIATE_TEST_SUITE_P(Activations, EachTrainedActivation, ::testing::ValuesIn(trained_rows()), test_name);
 
-TEST_P(EachActivation, IsFoundByItsNameAlone) {
+TEST_P(EachActivation, IsFoundOnlyByItsName) {
   EXPECT_EQ(activation_row(row().kind).name, row().name);
   EXPECT_TRUE(activation_row(row().trained_as).is_trained());
   if (row().is_trained()) {
     EXPECT_EQ(activation_named(row().name).kind, row().kind);
     EXPECT_THAT(activation_names(), ::testing::Contains(std::string(row().name)));
   } else {
-    EXPECT_EQ(find_activation(row().name), nullptr) << "an export alone may choose it";
+    EXPECT_EQ(find_activation(row().name), nullptr) << "only an export may choose it";
     EXPECT_THROW(activation_named(row().name), Error);
   }
 }
 
-TEST(Activations, AnUnknownNameIsRefusedWithThoseThereAre) {
+TEST(Activations, RefusesAnUnknownNameAndListsTheKnownOnes) {
   EXPECT_EQ(find_activation("gelu"), nullptr);
   EXPECT_EQ(find_activation(""), nullptr);
   EXPECT_EQ(thrown_message([&] { activation_named("gelu"); }),
             "unknown activation \"gelu\"; use " + activations_in_words());
 }
 
-TEST(Activations, NamesInWordsAreThoseThatCanBeTrained) {
+TEST(Activations, ListedNamesAreThoseThatCanBeTrained) {
   std::string words = activations_in_words();
   EXPECT_THAT(words, ::testing::StartsWith("tanh, relu"));
   words.replace(words.find(" or "), 4, ", ");
@@ -91,31 +90,31 @@ TEST(Activations, AnUntrainedActivationHasNoTrainingCode) {
   EXPECT_THROW(with_trained_activation(Activation::kTanh5e6, name), Error);
 }
 
-TEST_P(EachActivation, ValueIsTheRuntimesToItsAccuracy) {
+TEST_P(EachActivation, ValueAgreesWithTheRuntimeWithinItsAccuracy) {
   with_activation(row().kind, [&](auto kind) {
     over_inputs([&](double v) {
-      const double bound = (1.0 + std::abs(v)) * kTanh5e5MaxError;  // the coarsest of all
+      const double bound = (1.0 + std::abs(v)) * kTanh5e5MaxError;  // the least accurate one
       EXPECT_NEAR(static_cast<double>(activate<kind()>(static_cast<float>(v))), row().value(v), bound) << v;
       EXPECT_NEAR(static_cast<double>(activation_slope<kind()>(v, row().value(v))), row().slope(v), bound) << v;
     });
   });
 }
 
-TEST_P(EachActivation, SlopeIsTheValuesDerivative) {
+TEST_P(EachActivation, SlopeIsTheDerivativeOfTheValue) {
   over_inputs([&](double v) {
     const double difference = (row().value(v + kStep) - row().value(v - kStep)) / (2 * kStep);
     EXPECT_NEAR(row().slope(v), difference, kDifference) << v;
   });
 }
 
-TEST_P(EachActivation, CurvatureIsTheSlopesDerivative) {
+TEST_P(EachActivation, CurvatureIsTheDerivativeOfTheSlope) {
   over_inputs([&](double v) {
     const double difference = (row().slope(v + kStep) - row().slope(v - kStep)) / (2 * kStep);
     EXPECT_NEAR(row().curvature(v), difference, kDifference) << v;
   });
 }
 
-TEST_P(EachActivation, BoundsHoldAndAreNear) {
+TEST_P(EachActivation, BoundsHoldAndAreTight) {
   double value = 0.0, curvature = 0.0, change = 0.0;
   over_inputs([&](double v) {
     value = std::max(value, std::abs(row().value(v)));
@@ -129,14 +128,14 @@ TEST_P(EachActivation, BoundsHoldAndAreNear) {
   if (std::isfinite(row().largest_value)) {
     EXPECT_NEAR(value, row().largest_value, 1e-9);
   } else {
-    EXPECT_GE(value, 10.0) << "it grows with its argument";
+    EXPECT_GE(value, 10.0) << "it is unbounded";
   }
 }
 
-/// Over any interval: the ends and the turning points in it enclose every value, and the turning points are reached.
-TEST_P(EachActivation, TurnsWhereTheTableSays) {
+/// Over any interval, its ends and the turning points in it enclose all values, and the turning points are reached.
+TEST_P(EachActivation, HasTheTurningPointsOfTheTable) {
   const auto expect_enclosed = [&](double (*function)(double), const TurningPoints& turns, const char* what) {
-    constexpr double kWithin = 2e-6;  // points lie 1.2e-4 apart; what is rounded is rounded outwards
+    constexpr double kWithin = 2e-6;  // points are 1.2e-4 apart, and bounds are rounded outwards
     constexpr double kRounding = 1e-15;
     for (const auto& [low, high] : {std::pair{-12.0, 12.0}, {-12.0, -1.0}, {-3.0, 0.5}, {0.5, 12.0}, {2.0, 3.0}}) {
       double least = std::min(function(low), function(high)), most = std::max(function(low), function(high));
@@ -169,7 +168,7 @@ void expect_arrays(const ActivationRow& row, double tolerance) {
   const ActivationArray<Scalar> slopes = activation_slopes<Scalar>(row.kind, v, a);
   for (Eigen::Index i = 0; i < v.size(); ++i) {
     const auto at = static_cast<double>(v(i));
-    const double allowed = tolerance * std::max(1.0, std::abs(at));  // v times a function that is off
+    const double allowed = tolerance * std::max(1.0, std::abs(at));  // an error of a function, times v
     EXPECT_NEAR(static_cast<double>(a(i)), row.value(at), allowed) << at;
     EXPECT_NEAR(static_cast<double>(slopes(i)), row.slope(at), allowed) << at;
   }
@@ -180,7 +179,7 @@ TEST_P(EachActivation, ArraysEqualSingleNumbers) {
   expect_arrays<float>(row(), 1e-6);  // Eigen's own tanh and exp
 }
 
-TEST_P(EachTrainedActivation, ReferenceNetworkRunsIt) {
+TEST_P(EachTrainedActivation, ReferenceNetworkEvaluatesIt) {
   Model model = activation_model(std::string(row().name));
   const Network& network = *inverse_map(model);
   ASSERT_EQ(network.activation, row().kind);

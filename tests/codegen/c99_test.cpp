@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tests of the texts of C99 exports (compile_c99.sh compiles and runs them) and of the folders for package managers
-// (compile_libraries.sh compiles them).
+// Texts of C99 exports, which compile_c99.sh compiles and runs, and of the folders for package managers, which
+// compile_libraries.sh compiles.
 #include "codegen/targets/c99.h"
 
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ std::string error_of(const Model& model, const ExportOptions& options = {}) {
   return thrown_message([&] { c99(PreparedExport(model, options)); });
 }
 
-TEST(C99, IsTheCommittedOne) {
+TEST(C99, EqualsItsGoldenFile) {
   for (const NamedText& file : c99(PreparedExport(tiny_model(), {.name = "tiny_c99"})))
     expect_golden(file.text, file.path);
 }
@@ -42,13 +42,13 @@ TEST(C99, IsWrittenForEveryStructure) {
   for (const StructureModule* module : structure_modules()) EXPECT_TRUE(module->abilities().c99) << module->name();
 }
 
-TEST(C99, StartsFromASteadyStateOnlyWhereThereIsOne) {
+TEST(C99, StartsFromASteadyStateOnlyIfThereIsOne) {
   for (const NamedText& file : c99(PreparedExport(gated_model(), {}))) EXPECT_THAT(file.text, Not(HasSubstr("steady")));
   for (const NamedText& file : c99(PreparedExport(rig_model(), {})))
     EXPECT_THAT(file.text, HasSubstr("rig_status rig_warm_start(rig_observer* observer"));
 }
 
-TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {
+TEST(C99, RefusesNumbersBeyondFloatAndInvalidModels) {
   Model m = tiny_model();
   m.latent_max(1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("latent_max[1]"), HasSubstr("1e+39")));
@@ -57,7 +57,7 @@ TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {
   EXPECT_THAT(error_of(m), HasSubstr("must be negative"));
 }
 
-TEST(C99, WritesInt16AndRefusesWhatItCannotHold) {
+TEST(C99, WritesInt16AndRefusesWeightsThatItCannotHold) {
   const auto files = c99(PreparedExport(rig_model(), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(files[0].text, testing::AllOf(HasSubstr("--scalar int16"), HasSubstr("alpha_dot [rad/s]")));
   EXPECT_THAT(files[1].text,
@@ -69,7 +69,7 @@ TEST(C99, WritesInt16AndRefusesWhatItCannotHold) {
   EXPECT_THAT(relu[1].text, Not(HasSubstr("kTanhTable")));
 }
 
-TEST(C99, UserTextCanNeitherEndNorContinueAComment) {
+TEST(C99, UserTextCannotEndOrContinueAComment) {
   Model m = tiny_model();
   m.outputs[0].unit = "m\n#error unit\\";
   m.provenance = {{"a\n#error key", "*/ #error"}, {"escape", "ends with \\"}, {"return", "a\r#error"}};
@@ -77,11 +77,11 @@ TEST(C99, UserTextCanNeitherEndNorContinueAComment) {
     EXPECT_THAT(file.text, Not(HasSubstr("\n#error u")));
     EXPECT_THAT(file.text, Not(HasSubstr("\\\n")));
     EXPECT_THAT(file.text, Not(HasSubstr("\r")));
-    EXPECT_THAT(file.text, Not(HasSubstr("@"))) << "a key was left unfilled";
+    EXPECT_THAT(file.text, Not(HasSubstr("@"))) << "a key was not filled in";
   }
 }
 
-TEST(C99, BothFilesOfAnExportNameTheSameOneAndNoOther) {
+TEST(C99, BothFilesOfAnExportUseOnlyItsName) {
   const auto key = [](const std::string& text) { return text.substr(text.find("0x"), 10); };
   const auto files = c99(PreparedExport(tiny_model(), {}));
   EXPECT_THAT(files[1].text, HasSubstr("tiny_EXPORT != " + key(files[0].text)));
@@ -90,7 +90,7 @@ TEST(C99, BothFilesOfAnExportNameTheSameOneAndNoOther) {
   EXPECT_NE(key(c99(PreparedExport(other, {}))[0].text), key(files[0].text));
 }
 
-TEST(EmbeddedText, KeepsTheLinesOfSectionsThatAValueAsksFor) {
+TEST(EmbeddedText, KeepsTheLinesOfSectionsThatAreTurnedOn) {
   const std::string text = "a\n@if X@\nx\n@if Y@\nxy\n@end@\n@else@\nno x\n@if Y@\ny\n@end@\n@end@\nb";
   EXPECT_EQ(filled(text, {{"X", "1"}, {"Y", ""}}), "a\nx\nb");
   EXPECT_EQ(filled(text, {{"X", ""}, {"Y", "1"}}), "a\nno x\ny\nb");
@@ -99,7 +99,7 @@ TEST(EmbeddedText, KeepsTheLinesOfSectionsThatAValueAsksFor) {
   EXPECT_THROW(filled("@end@\n", {}), std::logic_error);
 }
 
-TEST(EmbeddedText, FillsKeysAndLeavesOtherAtSigns) {
+TEST(EmbeddedText, FillsInKeysAndKeepsOtherAtSigns) {
   EXPECT_EQ(filled("a @KEY@ b@c @ @@ @key@", {{"KEY", "x@Y@"}}), "a x@Y@ b@c @ @@ @key@");
   EXPECT_THROW(filled("@OTHER@", {}), std::logic_error);
   EXPECT_THROW(embedded_text("none"), std::logic_error);
@@ -112,7 +112,7 @@ std::string text_of(const std::vector<NamedText>& files, const std::string& path
   return "";
 }
 
-TEST(Library, PacksTheRuntimeThatTheHeaderIncludesAndNoEigen) {
+TEST(Library, ContainsTheRuntimeHeadersThatItIncludesAndNoEigen) {
   const auto kkl = runtime_headers("#include <nlo/kkl_observer.h>");
   EXPECT_THAT(kkl, testing::IsSupersetOf({"nlo/kkl_observer.h", "nlo/vector.h", "nlo/kernels/per_isa/vectors.inc"}));
   EXPECT_THAT(kkl, Not(testing::AnyOf(Contains("nlo/eigen.h"), Contains("nlo/driven_kkl_observer.h"))));
@@ -123,7 +123,7 @@ TEST(Library, PacksTheRuntimeThatTheHeaderIncludesAndNoEigen) {
   EXPECT_EQ(text_of(files, "src/nlo/vector.h"), read_file(NLO_SOURCE_DIR "/runtime/include/nlo/vector.h"));
 }
 
-TEST(Library, EveryPathStaysInsideAndIsThereOnce) {
+TEST(Library, PathsAreUniqueAndStayInTheFolder) {
   for (const Model& model : example_models()) {
     for (const auto& files : {arduino_library(PreparedExport(model, {})), zephyr_module(PreparedExport(model, {}))}) {
       std::set<std::string> paths;
@@ -136,13 +136,13 @@ TEST(Library, EveryPathStaysInsideAndIsThereOnce) {
   }
 }
 
-TEST(Library, JsonIsJsonAndNamesTheHeader) {
+TEST(Library, LibraryJsonIsValidAndNamesTheHeader) {
   const auto json = nlohmann::json::parse(text_of(arduino_library(PreparedExport(rig_model(), {})), "library.json"));
   EXPECT_EQ(json.at("headers"), "rig.h");
   EXPECT_EQ(json.at("name"), "rig");
 }
 
-TEST(Library, UserTextStaysInItsLine) {
+TEST(Library, UserTextStaysInOneLine) {
   Model m = tiny_model();
   m.states[0].unit = "\"\n}\\\r\n#error";
   const auto files = arduino_library(PreparedExport(m, {}));
@@ -151,7 +151,7 @@ TEST(Library, UserTextStaysInItsLine) {
   EXPECT_THAT(text_of(zephyr_module(PreparedExport(m, {})), "Kconfig"), Not(HasSubstr("\n#error")));
 }
 
-TEST(Library, HasAC99PairForObserversThatHaveOne) {
+TEST(Library, HasAC99PairIfC99SupportsTheObserver) {
   const auto has = [](const std::vector<NamedText>& files, const std::string& word) {
     return std::ranges::any_of(files, [&](const NamedText& file) { return file.path.find(word) != std::string::npos; });
   };

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Compiles the exports of all example models the way a stranger would, alone and together, under strict warnings, runs
-# the golden samples through them, and sees that a wrong weight does not pass.
+# Compiles the exports of all example models as a user does, alone and together, with strict warnings, compares them
+# with the golden samples, and checks that a wrong weight is detected.
 #   compile_exports.sh EXPORT_MODEL INCLUDE EIGEN COMPILER
 set -euo pipefail
 export_model=$1 include=$2 eigen=$3 compiler=$4
@@ -36,7 +36,7 @@ deterministic=(commanded commanded_int16 computed failing failing_rig failing_in
     name=${entry%%:*}
     echo "constinit static nlo::$name::Observer observer_of_$name{nlo::$name::kModel};"
   done
-  # Weights and tanh are the same whatever the policy.
+  # Weights and tanh do not depend on the policy.
   for name in "${deterministic[@]}"; do
     echo "constinit static nlo::KklObserver<nlo::$name::Model, nlo::Arithmetic::kDeterministic>"
     echo "    deterministic_$name{nlo::$name::kModel};"
@@ -53,16 +53,16 @@ deterministic=(commanded commanded_int16 computed failing failing_rig failing_in
 } >"$work/main.cpp"
 
 for name in "${coarse[@]}"; do
-  grep -q "make_mlp<Activation::kTanh5e5>" "$work/$name.h" || { echo "$name.h has not the tanh within 5e-5"; exit 1; }
+  grep -q "make_mlp<Activation::kTanh5e5>" "$work/$name.h" || { echo "$name.h does not have the tanh within 5e-5"; exit 1; }
 done
-for name in van_der_pol rig rig_double rig_bf16 rig_int16 pendulum general driven driven_double; do # alone: a header needs nothing before it
+for name in van_der_pol rig rig_double rig_bf16 rig_int16 pendulum general driven driven_double; do # alone: a header must not need another one before it
   "$compiler" "${strict[@]}" -fsyntax-only -include "$work/$name.h" -x c++ /dev/null
 done
 
 "$compiler" "${strict[@]}" -O1 "$work/main.cpp" -o "$work/main"
 failed=0
 while read -r name mismatch; do
-  [ "$mismatch" -eq -1 ] || { echo "$name: sample $mismatch is answered otherwise than by the equations"; failed=1; }
+  [ "$mismatch" -eq -1 ] || { echo "$name: sample $mismatch differs from the equations"; failed=1; }
 done < <("$work/main")
 
 # Headers state their size for targets without vectors.
@@ -82,8 +82,8 @@ while read -r name bytes; do
 done < <("$work/sizes")
 [ "$failed" -eq 0 ] || exit 1
 
-# Controls, in one program: an export does not pass for one of other weights or another tanh, nor with half a percent on one
-# weight of a last layer; more where weights are rounded by as much.
+# Controls, in one program: exports with other weights, with another tanh, or with one weight of the last layer changed
+# by half a percent must fail; by more if weights are rounded by as much.
 controls=()
 for pair in rig_bf16:rig van_der_pol_fp16:van_der_pol van_der_pol_coarse:van_der_pol; do
   IFS=: read -r name exact <<<"$pair"
@@ -92,7 +92,7 @@ for pair in rig_bf16:rig van_der_pol_fp16:van_der_pol van_der_pol_coarse:van_der
 done
 for entry in rig:float:1.005 rig:float,fp16:1.02 rig:float,bf16:1.1 rig:int16:1.05 tiny_tanh:int16:1.05 pendulum:float:1.005 general:float:1.005 driven:float:1.005 rig_error:float:1.005 gated_error:double:1.0001; do
   IFS=: read -r example scalar factor <<<"$entry"
-  name=spoilt_${#controls[@]}
+  name=altered_${#controls[@]}
   "$export_model" $example replay $scalar $name "$work/${name}_replay.h"
   "$export_model" $example cpp $scalar $name "$work/$name.h" "$factor"
   controls+=("$name:$entry")
@@ -115,8 +115,8 @@ done
 "$compiler" "${strict[@]}" -O1 "$work/control.cpp" -o "$work/control"
 seen=0
 while read -r what mismatch; do
-  [ "$mismatch" -ne -1 ] || { echo "$what: passes, and must not"; exit 1; }
+  [ "$mismatch" -ne -1 ] || { echo "$what: passes, but must fail"; exit 1; }
   seen=$((seen + 1))
 done < <("$work/control")
 [ "$seen" -eq "${#controls[@]}" ] || { echo "$seen of ${#controls[@]} controls ran"; exit 1; }
-echo "${#exports[@]} headers by $compiler agree with their models; spoilt ones do not"
+echo "${#exports[@]} headers by $compiler agree with their models; altered ones do not agree"

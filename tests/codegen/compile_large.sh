@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Large networks compile in bearable time, and answer as their equations say in whatever form their layers are written.
+# Large networks compile in an acceptable time and agree with their equations in each layout of their layers.
 #   compile_large.sh EXPORT_MODEL INCLUDE COMPILER
 set -euo pipefail
 export_model=$1 include=$2 compiler=$3
-longest_s=30 # 3x256 takes some 3 s on a quiet machine
+longest_s=30 # 3x256 takes about 3 s on an idle machine
 command -v "$compiler" >/dev/null || { echo "SKIPPED: no $compiler here"; exit 77; }
 
 work=$(mktemp -d)
@@ -12,12 +12,12 @@ trap 'rm -rf "$work"' EXIT
 strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror -I "$include" -I "$work")
 
 # name:example:scalar:PanelDense layers:Dense layers:factor on a weight
-for entry in large:large:float:2:2:1 mixed:mixed:float:2:2:1 mixed_fp16:mixed:float,fp16:2:2:1 spoilt:mixed:float:2:2:1.05; do
+for entry in large:large:float:2:2:1 mixed:mixed:float:2:2:1 mixed_fp16:mixed:float,fp16:2:2:1 altered:mixed:float:2:2:1.05; do
   IFS=: read -r name example scalar panels rows factor <<<"$entry"
   "$export_model" $example cpp $scalar $name "$work/$name.h" $factor
   "$export_model" $example replay $scalar $name "$work/${name}_replay.h"
   [ "$(grep -c 'constexpr PanelDense<' "$work/$name.h") $(grep -c 'constexpr Dense<' "$work/$name.h")" = "$panels $rows" ] ||
-    { echo "$name.h has not $panels PanelDense and $rows Dense"; exit 1; }
+    { echo "$name.h does not have $panels PanelDense and $rows Dense"; exit 1; }
   cat >"$work/main.cpp" <<END
 #include "$name.h"
 #include "${name}_replay.h"
@@ -26,7 +26,7 @@ int main() {
   return nlo::$name::replay::first_mismatch(observer) == -1 ? 0 : 3;
 }
 END
-  for layout in vectors scalar; do # as it lies in memory, and laid out anew for a target without vectors
+  for layout in vectors scalar; do # in memory layout, and rearranged for a target without vectors
     flags=()
     [ "$layout" = vectors ] || flags=(-DNLO_SCALAR_KERNELS)
     [ "$layout $compiler" != "scalar clang++" ] || flags+=(-fconstexpr-steps=100000000) # docs/appendix/performance.md
@@ -40,4 +40,4 @@ END
     [ "$status" -eq "$want" ] || { echo "$name ($layout): exit $status instead of $want"; exit 1; }
   done
 done
-echo "large networks compile by $compiler and agree with their models; a spoilt one does not"
+echo "large networks compile by $compiler and agree with their models; an altered one does not"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The folders that `--target arduino` and `--target zephyr` write, as far as they go without the vendors' tools: sketches and
-# samples compile against minimal shims, here and by the cross compiler if there is one, and run for some simulated seconds;
-# an older C++ is told what to do; metadata have the form that their tools ask for.
+# The folders of `--target arduino` and `--target zephyr`, as far as they can be tested without the vendors' tools:
+# sketches and samples compile against minimal shims, on this machine and with the cross compiler if there is one, and
+# run for some simulated seconds; an older C++ gets an error that says what to do; metadata have the required form.
 #   compile_libraries.sh EXPORT_MODEL SOURCE_DIR CMAKE
 set -euo pipefail
 export_model=$1 source=$2 cmake=$3
@@ -13,7 +13,7 @@ warnings=(-Wall -Wextra -Werror)
 failed=0
 fail() { echo "FAILED  $*" && failed=1; }
 
-# estimates PROGRAM COUNT LINES: it prints as many lines of as many numbers, and complains of nothing but the one time that
+# estimates PROGRAM COUNT LINES: expects LINES lines with COUNT numbers each, and no message except the one time when
 # the simulated board is too busy to sample (shims).
 estimates() {
   local number='-?[0-9]+(\.[0-9]+)? '
@@ -24,8 +24,8 @@ estimates() {
   echo "ok      ${1#"$work"/}: $(tail -n 1 "$work/printed.txt")"
 }
 
-# sketch LIBRARY NAME C++STANDARD OUTPUT [COMPILER FLAG...]. On this machine a sketch takes the kernels of a
-# microcontroller, which are scalar.
+# sketch LIBRARY NAME C++STANDARD OUTPUT [COMPILER FLAG...]. On this machine a sketch uses the scalar kernels of a
+# microcontroller.
 sketch() {
   local library=$1 name=$2 standard=$3 output=$4
   shift 4
@@ -47,7 +47,7 @@ for entry in van_der_pol:float:2 rig:double:3 driven:float:2 pendulum:float:2; d
   estimates "$work/sketch" "$states" 3
   if ((${#cross[@]})); then sketch "$library" $name gnu++20 "$work/sketch.o" "${cross[@]}"; fi
 
-  # One error, the one that helps.
+  # Exactly one error, which says what to do.
   ! kernels= sketch "$library" $name gnu++20 "$work/host" g++ 2>"$work/errors.txt" ||
     fail "$name compiles for a processor whose kernels it leaves out"
   grep -q '#error "this library is for microcontrollers' "$work/errors.txt" || fail "$name: no word of microcontrollers"
@@ -83,7 +83,7 @@ for entry in van_der_pol:float:2 rig:double:3 driven:float:2 pendulum:float:2; d
   fi
 done
 
-# The control: without the runtime's headers nothing compiles, so it was these that were used.
+# Control: without the runtime's headers nothing compiles, so the program above used these.
 rm -r "$work/arduino/van_der_pol/src/nlo"
 ! sketch "$work/arduino/van_der_pol" van_der_pol gnu++20 "$work/sketch" g++ 2>/dev/null || fail 'the library does not need its own runtime'
 exit "$failed"

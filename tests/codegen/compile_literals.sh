@@ -12,6 +12,6 @@ passes() {
   "$work/$1"
 }
 "$write_literals" >"$work/literals.cpp"
-passes literals || { echo "a literal reads as other bits than it was written from"; exit 1; }
-"$write_literals" spoilt >"$work/control.cpp"
-! passes control || { echo "a wrong bit went unseen"; exit 1; }
+passes literals || { echo "a literal is read as other bits than those that were written"; exit 1; }
+"$write_literals" altered >"$work/control.cpp"
+! passes control || { echo "a wrong bit was not detected"; exit 1; }

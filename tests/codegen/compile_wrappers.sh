@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Folders for other frameworks, around the C99 pair, as far as they go without those: against shims of their headers they
-# compile without a warning, and give the bits of the pair under sanitizers; a control shows that it would be seen.
+# Folders for other frameworks around the C99 pair, as far as they can be tested without these frameworks: with shims of
+# their headers they compile without warnings and give the bits of the pair, with sanitizers. A control shows that a
+# difference would be detected.
 #   compile_wrappers.sh EXPORT_MODEL SOURCE_DIR [all]
 set -euo pipefail
 export_model=$1 source=$2 shims=$2/tests/codegen/shims
@@ -17,13 +18,13 @@ warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
 sanitizers=(-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all)
 fail() { echo "FAILED  $*" && exit 1; }
 
-# options HEADER NAME: what the pair has, for the shims.
+# options HEADER NAME: prints the macros for the shims: inputs and monitor of the pair.
 options() {
   if grep -q "$2_NU" "$1"; then echo -DNLO_DRIVEN; fi
   if grep -q "$2_monitor;" "$1"; then echo -DNLO_MONITOR; fi
 }
 
-# sfunction FOLDER NAME SCALAR OUTPUT: the block and the engine of the shim.
+# sfunction FOLDER NAME SCALAR OUTPUT: compiles the block with the engine of the shim.
 sfunction() {
   local driven=() period
   driven+=($(options "$1/$2.h" "$2"))
@@ -32,7 +33,7 @@ sfunction() {
     -DNLO_PERIOD="$period" "${driven[@]}" -include "$work/$2_replay.h" "$1/$2_sfun.c" "$1/$2.c" -lm -o "$4"
 }
 
-# controller FOLDER NAME OUTPUT: the controller and the manager of the shim.
+# controller FOLDER NAME OUTPUT: compiles the controller with the manager of the shim.
 controller() {
   local defined=()
   if grep -q ' u\[' "$work/$2_replay.h"; then defined+=(-DNLO_DRIVEN); fi
@@ -41,7 +42,7 @@ controller() {
     -DCONTROLLER='"src/observer_controller.cpp"' -DREPLAY="\"$2_replay.h\"" -DNLO_NAME="$2" "${defined[@]}" "$shims/ros2_control/main.cpp" -o "$3"
 }
 
-# module FOLDER NAME SCALAR OUTPUT: the module and the work queue of the shim.
+# module FOLDER NAME SCALAR OUTPUT: compiles the module with the work queue of the shim.
 module() {
   local driven=()
   driven+=($(options "$1/$2.h" "$2"))
@@ -51,7 +52,7 @@ module() {
     "${driven[@]}" -include "$work/$2_replay.h" -DMODULE="\"$1/$2_observer.cpp\"" "$shims/px4/main.cpp" "$work/pair.o" -o "$4"
 }
 
-# sensor FOLDER NAME SCALAR ROLES OUTPUT: the sensor in a loop of the shim.
+# sensor FOLDER NAME SCALAR ROLES OUTPUT: compiles the sensor with the loop of the shim.
 sensor() {
   local defined=() header=$1/src/$2_sensor.h angle=-1 velocity
   velocity=$(sed -n 's/.*x_hat_\[\(.*\)\]); }/\1/p' "$header")
@@ -65,7 +66,7 @@ sensor() {
     -DNLO_PERIOD_US="$(sed -n 's/.*kPeriod_us = \([0-9]*\)U;.*/\1/p' "$header")" "${defined[@]}" "$shims/simplefoc/main.cpp" "$work/pair.o" -o "$5"
 }
 
-# foc_sketch FOLDER NAME OUTPUT COMPILER FLAG...: the example, for a machine or a board.
+# foc_sketch FOLDER NAME OUTPUT COMPILER FLAG...: compiles the example for this machine or a board.
 foc_sketch() {
   local folder=$1 name=$2 output=$3
   shift 3

@@ -36,7 +36,7 @@ std::string error_of(const Model& model, const ExportOptions& options = {}) {
   return thrown_message([&] { cpp_header(PreparedExport(model, options)); });
 }
 
-/// All files of an export, one behind the other.
+/// Returns all files of an export, one after the other.
 std::string text_of(const ExportTarget& target, const Model& model, const ExportOptions& options = {}) {
   std::string text;
   for (const NamedText& file : target.generate(PreparedExport(model, options))) text += file.path + "\n" + file.text;
@@ -53,7 +53,7 @@ TEST(Export, GivesTheSameBytesTwiceAndInAnyLocale) {
   }
 }
 
-/// The comment that a file begins with, as far as its example in code.
+/// Returns the comment at the start of a file, up to its code example.
 std::vector<std::string> head_of(const std::string& text) {
   std::istringstream lines(text);
   std::vector<std::string> head;
@@ -61,7 +61,7 @@ std::vector<std::string> head_of(const std::string& text) {
   return head;
 }
 
-TEST(Export, TheHeadOfAGeneratedFileFitsAHundredColumns) {
+TEST(Export, CommentsOfGeneratedFilesFitAHundredColumns) {
   Model model = rig_model();
   model.states[0].unit = "a_unit_of_20_letters";
   model.sample_period_s = 1.0 / 3.0;
@@ -73,7 +73,7 @@ TEST(Export, TheHeadOfAGeneratedFileFitsAHundredColumns) {
   }
 }
 
-TEST(GeneratedText, ALongCommentIsBrokenAtASpaceAndKeepsItsWords) {
+TEST(GeneratedText, BreaksALongCommentAtASpaceAndKeepsItsWords) {
   std::string words = "//   list";
   for (int i = 0; i < 60; ++i) words += " word" + std::to_string(i);
   const std::string wrapped = wrapped_comment(words + "\n// short\n");
@@ -86,10 +86,10 @@ TEST(GeneratedText, ALongCommentIsBrokenAtASpaceAndKeepsItsWords) {
   }
   EXPECT_EQ(joined, words.substr(5) + " short");
   EXPECT_EQ(wrapped_comment("// " + std::string(120, 'x') + "\n"), "// " + std::string(120, 'x') + "\n")
-      << "a word that does not fit stays whole";
+      << "a word that does not fit is not broken";
 }
 
-TEST(Export, UnknownTargetsAndScalarsNameTheKnown) {
+TEST(Export, ErrorsOfUnknownTargetsAndScalarsListTheKnownOnes) {
   EXPECT_THROW(
       try { export_target("fortran"); } catch (const Error& error) {
         EXPECT_THAT(error.what(), HasSubstr("cpp, replay"));
@@ -99,7 +99,7 @@ TEST(Export, UnknownTargetsAndScalarsNameTheKnown) {
   EXPECT_THROW(scalar_type("half"), Error);
 }
 
-/// Every network of a model, with its folded form.
+/// Returns each network of a model, with its folded form.
 std::vector<std::pair<Network, FoldedNetwork>> networks_of(const Model& m) {
   const FoldedModel f = fold(m);
   std::vector<std::pair<Network, FoldedNetwork>> list;
@@ -108,7 +108,7 @@ std::vector<std::pair<Network, FoldedNetwork>> networks_of(const Model& m) {
 }
 
 TEST(Fold, ChangesNoNetwork) {
-  constexpr double kTolerance = 1e-11;  // rounding of double, over feature scales and output scales up to 20
+  constexpr double kTolerance = 1e-11;  // rounding of double, for feature and output scales up to 20
   for (const Model& m : example_models()) {
     for (const auto& [network, folded] : networks_of(m)) {
       const ReferenceNetwork<double> exact(network);
@@ -129,19 +129,19 @@ TEST(Fold, ChangesNoNetwork) {
   }
 }
 
-TEST(Fold, ReadsTheOutputOnlyWhenAFeatureDoes) {
+TEST(Fold, ReadsTheOutputOnlyIfAFeatureDoes) {
   EXPECT_FALSE(fold(tiny_model()).inverse_map()->inputs() > 2);
   EXPECT_TRUE(fold(rig_model()).inverse_map()->inputs() > 7);
 }
 
-TEST(Fold, OneLayerTakesUpTheLinearPath) {
+TEST(Fold, MergesTheLinearPathIntoASingleLayer) {
   Model m = linear_model();
   inverse_map(m)->skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
   EXPECT_EQ(fold(m).inverse_map()->linear_path.size(), 0);
   EXPECT_NE(fold(m).inverse_map()->layers[0].weights, fold(linear_model()).inverse_map()->layers[0].weights);
 }
 
-TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
+TEST(CppHeader, UserTextCannotEndOrContinueAComment) {
   Model m = tiny_model();
   m.outputs[0].unit = "m\n#error unit\\";
   m.provenance = {{"a\n#error key", "1"},          {"escape", "ends with \\"}, {"trigraph", "ends with ?\?/"},
@@ -160,7 +160,7 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
 }
 
 TEST(CppHeader, RefusesNumbersBeyondFloat) {
-  Model m = luenberger_model();  // its z has no bound in advance: the runtime checks it in each step
+  Model m = luenberger_model();  // its z has no known bound: the runtime checks it in each step
   Network& g = std::get<Luenberger>(m.structure).nonlinearity;
   g.layers[0].weights(2, 1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
@@ -173,19 +173,19 @@ TEST(CppHeader, RefusesNumbersBeyondFloat) {
   EXPECT_THAT(error_of(m), HasSubstr("|A| = 1"));
 }
 
-TEST(CppHeader, RefusesModelsThatAreNotValid) {
+TEST(CppHeader, RefusesInvalidModels) {
   Model m = tiny_model();
   linear_latent(m)->eigenvalues(1) = 0.5;
   EXPECT_THAT(error_of(m), HasSubstr("eigenvalues[1] is 0.5; its real part must be negative"));
 }
 
-TEST(CppHeader, RefusesNamesThatAreTaken) {
+TEST(CppHeader, RefusesNamesThatAreNotIdentifiersOrAreTaken) {
   for (const char* name : {"class", "std", "9lives", "a-b", "a b", "", "../x", "a__b", "Vector", "make_mlp", "x\n"})
     EXPECT_EQ(error_of(tiny_model(), {.name = name}) == "no error", *name == '\0') << name;
 }
 
-TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
-  // Everything at the left margin of a runtime header is in the namespace that was opened last.
+TEST(CppHeader, RefusesEveryNameOfTheRuntime) {
+  // Each declaration at the left margin of a runtime header is in the namespace that was opened last.
   const std::regex opened("^namespace nlo(?:::inline NLO_ISA)?(?:::(\\w+))?[\\w:]* \\{");
   const std::regex named("^(?:struct|class|enum class|using|concept) (\\w+)");
   const std::regex function("^(?:[A-Za-z_][\\w:<>*&, ]* )(\\w+)\\(");
@@ -217,7 +217,7 @@ TEST(CppHeader, CommentsKeepPlainTextAndDropCharactersThatEndThem) {
   EXPECT_EQ(safe_comment("abc", 2), "ab");
 }
 
-TEST(CppHeader, HasTheErrorHeadOrSaysThatItIsLeftOut) {
+TEST(CppHeader, HasTheErrorHeadOrStatesThatItIsLeftOut) {
   const Model m = with_error(rig_model(), 71);
   const std::string text = cpp_header(PreparedExport(m, {}));
   EXPECT_THAT(text, HasSubstr("const auto [x_hat, sigma, bound_95] = observer.estimate_with_error();"));
@@ -232,16 +232,16 @@ TEST(CppHeader, HasTheErrorHeadOrSaysThatItIsLeftOut) {
   EXPECT_THAT(cpp_header(PreparedExport(rig_model(), {})), Not(HasSubstr("sigma")));
 }
 
-TEST(CppHeader, IsTheCommittedOne) {
+TEST(CppHeader, EqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(tiny_model(), {})), "tiny.h");
   expect_golden(cpp_header(PreparedExport(watched_model(), {})), "watched.h");
 }
 
-TEST(CppHeader, OfADrivenObserverIsTheCommittedOne) {
+TEST(CppHeader, OfADrivenObserverEqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(driven_model(), {})), "driven.h");
 }
 
-TEST(CppHeader, Int16MatchesItsGolden) {
+TEST(CppHeader, Int16EqualsItsGoldenFile) {
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
   expect_golden(cpp_header(PreparedExport(tiny_model(), options)), "tiny_int16.h");
@@ -271,15 +271,15 @@ TEST(CortexM4Time, BoundsTheCountedInstructionsOfEveryStructure) {
   }
 }
 
-TEST(Replay, IsTheCommittedOne) {
+TEST(Replay, EqualsItsGoldenFile) {
   ExportOptions options;
   options.samples = 40;
-  // Tolerances are measured by the machine that exports: its vector width decides the order of sums.
+  // Tolerances are measured on the machine that exports: its vector width determines the order of sums.
   const std::string text = replay(PreparedExport(tiny_model(), options));
   expect_golden(std::regex_replace(text, std::regex("(Tolerance\\[\\d+\\] = )\\{[^}]*\\}"), "$1{}"), "tiny_replay.h");
 }
 
-TEST(Replay, TriesEveryStatusAndEveryKindOfStep) {
+TEST(Replay, ContainsEveryStatusAndEveryKindOfStep) {
   const std::string text = replay(PreparedExport(rig_model(), {}));
   for (const char* tried : {"kOk", "kHeld", "kStale", "kClamped", "kMissed}"}) EXPECT_THAT(text, HasSubstr(tried));
   ExportOptions other;
@@ -289,7 +289,7 @@ TEST(Replay, TriesEveryStatusAndEveryKindOfStep) {
   EXPECT_THROW(replay(PreparedExport(rig_model(), other)), Error);
 }
 
-TEST(Replay, HoldsInputsToo) {
+TEST(Replay, AlsoContainsInputs) {
   const std::string text = replay(PreparedExport(driven_model(), {}));
   EXPECT_THAT(text, HasSubstr("float u[2];"));
   EXPECT_THAT(text, HasSubstr("{kMissed, "));

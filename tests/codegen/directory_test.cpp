@@ -30,7 +30,7 @@ class Directory : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return base_.path(name); }
 
-  /// The message of check and write, which must be the same.
+  /// Returns the message of check and write, which must be the same.
   std::string refusal(const std::string& name) const {
     std::string said = "none";
     try {
@@ -54,7 +54,7 @@ class Directory : public testing::Test {
     return n > 0 ? std::string(text, static_cast<std::size_t>(n)) : "";
   }
 
-  /// Nothing temporary is left beside what was written.
+  /// Returns the number of entries beside the written folder; temporaries must be gone.
   std::ptrdiff_t beside() const {
     return std::distance(fs::directory_iterator(base_.path()), fs::directory_iterator());
   }
@@ -66,7 +66,7 @@ TEST_F(Directory, HasItsFilesInTheirFolders) {
   write_directory_atomically(path("lib/"), {{"a.txt", "A"}, {"src/deep/b.txt", "B"}});
   EXPECT_EQ(read_file(path("lib/a.txt")), "A");
   EXPECT_EQ(read_file(path("lib/src/deep/b.txt")), "B");
-  EXPECT_NE(fs::status(path("lib")).permissions(), fs::perms::owner_all) << "the mode of mkdtemp has stayed";
+  EXPECT_NE(fs::status(path("lib")).permissions(), fs::perms::owner_all) << "it still has the mode of mkdtemp";
   EXPECT_EQ(beside(), 1);
 }
 
@@ -79,7 +79,7 @@ TEST_F(Directory, ReplacesItsOwnFolder) {
   EXPECT_EQ(beside(), 1);
 }
 
-TEST_F(Directory, KeepsFilesThatSomebodyElseMadeOrChanged) {
+TEST_F(Directory, KeepsFilesThatOthersMadeOrChanged) {
   fs::create_directory(path("theirs"));
   write_file_atomically(path("theirs/thesis.tex"), "years of work");
   EXPECT_THAT(refusal("theirs"), HasSubstr("not made by nlo"));
@@ -101,8 +101,8 @@ TEST_F(Directory, KeepsFilesThatSomebodyElseMadeOrChanged) {
   EXPECT_EQ(beside(), 5);
 }
 
-/// Before, a reader in a loop saw no folder in 3 looks of 100.
-TEST_F(Directory, IsThereWholeAtEveryMomentWhileTwoWritersReplaceIt) {
+/// Regression test: a reader in a loop found no folder in 3 of 100 attempts.
+TEST_F(Directory, IsCompleteAtAnyTimeWhileTwoWritersReplaceIt) {
   const std::vector<NamedText> first = {{"a.txt", "1"}, {"src/b.txt", "1"}},
                                second = {{"a.txt", "2"}, {"src/b.txt", "2"}};
   write_directory_atomically(path("lib"), first);
@@ -110,12 +110,12 @@ TEST_F(Directory, IsThereWholeAtEveryMomentWhileTwoWritersReplaceIt) {
   long looks = 0, misses = 0, mixed = 0;
   std::thread reader([&] {
     while (writing) {
-      // Through one descriptor, as a build does in its working folder: all that it reads is one export's.
+      // Reads through one descriptor, as a build in its working folder does: all files must come from one export.
       const Descriptor folder(::open(path("lib").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
       ++looks;
       if (folder.get() < 0) ++misses;
       const std::string a = text_in(folder, "a.txt"), b = text_in(folder, "src/b.txt");
-      mixed += !a.empty() && !b.empty() && a != b;  // an old folder that is being removed has them no more
+      mixed += !a.empty() && !b.empty() && a != b;  // an old folder that is being removed no longer has both files
     }
   });
   const auto write = [&](const std::vector<NamedText>& files) {
@@ -129,10 +129,10 @@ TEST_F(Directory, IsThereWholeAtEveryMomentWhileTwoWritersReplaceIt) {
   EXPECT_GT(looks, 100);
   EXPECT_EQ(misses, 0) << "of " << looks;
   EXPECT_EQ(mixed, 0) << "of " << looks;
-  EXPECT_EQ(beside(), 1) << "a writer has left a folder";
+  EXPECT_EQ(beside(), 1) << "a writer left a temporary folder";
 }
 
-TEST_F(Directory, OnlyLeftoversOfKilledExportsAreRemoved) {
+TEST_F(Directory, RemovesOnlyTemporariesOfKilledExports) {
   fs::create_directories(path("lib.nlo-ab12CD/src"));
   write_file_atomically(path("lib.nlo-ab12CD/src/half.c"), "int ha");
   fs::create_directory(path("lib.nlo-inuse1"));
@@ -142,11 +142,11 @@ TEST_F(Directory, OnlyLeftoversOfKilledExportsAreRemoved) {
   write_directory_atomically(path("lib"), {{"a.txt", "A"}});
   EXPECT_FALSE(fs::exists(path("lib.nlo-ab12CD")));
   EXPECT_TRUE(fs::exists(path("lib.nlo-inuse1"))) << "another program is writing it";
-  EXPECT_TRUE(fs::exists(path("lib.nlo-mine"))) << "not a name that is given";
-  EXPECT_TRUE(fs::exists(path("libs.nlo-ab12CD"))) << "of another export";
+  EXPECT_TRUE(fs::exists(path("lib.nlo-mine"))) << "its name is not that of a temporary";
+  EXPECT_TRUE(fs::exists(path("libs.nlo-ab12CD"))) << "it belongs to another export";
 }
 
-TEST_F(Directory, AnEmptyOneIsFree) {
+TEST_F(Directory, AnEmptyFolderMayBeReplaced) {
   fs::create_directory(path("empty"));
   EXPECT_EQ(refusal("empty"), "none");
   for (const char* name : {"", ".", "..", "/"}) EXPECT_THROW(check_directory(name), Error) << name;
@@ -172,12 +172,12 @@ TEST_F(File, ReadsItsOwnBytes) {
   EXPECT_EQ(files(), 1);
 }
 
-TEST_F(File, NewFilesObeyTheUmaskAndOldOnesKeepTheirMode) {
+TEST_F(File, NewFilesFollowTheUmaskAndOldOnesKeepTheirMode) {
   write_file_atomically(path("x"), "1");
   struct stat found {};
   ASSERT_EQ(::stat(path("x").c_str(), &found), 0);
   EXPECT_NE(found.st_mode & S_IRUSR, 0U);
-  EXPECT_NE(found.st_mode & 0777U, 0600U) << "the mode of mkstemp has stayed";
+  EXPECT_NE(found.st_mode & 0777U, 0600U) << "it still has the mode of mkstemp";
   ASSERT_EQ(::chmod(path("x").c_str(), 0640), 0);
   write_file_atomically(path("x"), "2");
   ASSERT_EQ(::stat(path("x").c_str(), &found), 0);
@@ -192,7 +192,7 @@ TEST_F(File, WritesThroughALink) {
   EXPECT_EQ(read_file(path("x")), "new");
 }
 
-TEST_F(File, WritesThroughALinkToAFileThatIsNotThereYet) {
+TEST_F(File, WritesThroughALinkToAMissingFile) {
   fs::create_directory(path("d"));
   fs::create_symlink("later", path("d/second"));
   fs::create_symlink("d/second", path("first"));
@@ -210,8 +210,8 @@ TEST_F(File, WritesThroughALinkToAFileThatIsNotThereYet) {
   EXPECT_EQ(files(), 4);
 }
 
-/// 187 kills had left 74 of them.
-TEST_F(File, TheNextWriteRemovesLeftoversOfAKilledProgram) {
+/// Regression test: 187 kills had left 74 temporary files.
+TEST_F(File, TheNextWriteRemovesTemporariesOfAKilledProgram) {
   write_file_atomically(path("x"), "1");
   std::ofstream(path("x.nlo-ab12CD")) << "ha";
   std::ofstream(path("x.nlo-inuse1")) << "ha";
@@ -243,7 +243,7 @@ TEST_F(File, LeavesDevicesInPlace) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-TEST_F(File, SeveralAreReplacedTogetherOrNotAtAll) {
+TEST_F(File, SeveralFilesAreReplacedTogetherOrNotAtAll) {
   write_files_atomically({{path("x"), "1"}, {path("y"), "2"}});
   EXPECT_EQ(read_file(path("x")) + read_file(path("y")), "12");
   write_files_atomically({{path("x"), "3"}, {path("y"), "4"}});

@@ -37,7 +37,7 @@ class Uniform {
   std::uint64_t state_;
 };
 
-/// Layers of the given widths (the first is n_u), weights of the size that training starts from.
+/// Random layers of the given widths (the first is n_u), with weights as large as at the start of training.
 std::vector<DenseLayer> random_layers(const std::vector<int>& widths, std::uint64_t seed) {
   Uniform uniform(seed);
   std::vector<DenseLayer> layers;
@@ -51,7 +51,7 @@ std::vector<DenseLayer> random_layers(const std::vector<int>& widths, std::uint6
   return layers;
 }
 
-/// A network of the given widths with no normalisation that is zero or one; `scale` of its outputs.
+/// A network of the given widths, with random scales and means; `scale` multiplies its outputs.
 Network random_network(const std::vector<int>& widths, std::uint64_t seed, double scale) {
   Network n;
   n.layers = random_layers(widths, seed);
@@ -76,14 +76,14 @@ Model blank(const std::string& name, int ny, int nx) {
   return m;
 }
 
-/// Latent ranges, to match the size of initial_latent.
+/// Sets latent ranges to the size of initial_latent.
 Model with_domain(Model m) {
   m.latent_min = Eigen::VectorXd::Constant(m.nz(), -8.0);
   m.latent_max = Eigen::VectorXd::Constant(m.nz(), 8.0);
   return m;
 }
 
-/// One output "y", real eigenvalues, F = ones, T* reads z alone.
+/// One output "y", real eigenvalues, F = ones; T* reads only z.
 Model model_with(const std::string& name, const Eigen::VectorXd& eigenvalues, const std::vector<Channel>& states,
                  const std::vector<int>& hidden) {
   Model m;
@@ -162,7 +162,7 @@ Model rig_model() {
   linear_latent(m)->eigenvalues.resize(7);
   linear_latent(m)->eigenvalues << -40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0;  // pair, pair, real, real, clock
 
-  // F = -D on the column of each output: both settle at z = y.
+  // F = -D in the column of each output: both settle at z = y.
   linear_latent(m)->output_injection = Eigen::MatrixXd::Zero(7, 2);
   linear_latent(m)->output_injection.col(0) << 40.0, -30.0, 0.0, 0.0, 60.0, 0.0, 0.0;
   linear_latent(m)->output_injection.col(1) << 0.0, 0.0, 25.0, -35.0, 0.0, 15.0, 0.0;
@@ -172,13 +172,13 @@ Model rig_model() {
   m.output_max = Eigen::Vector2d(std::numbers::pi, 5.0);
   m.latent_max = Eigen::VectorXd::Constant(7, 6.0);
   m.latent_min = Eigen::VectorXd::Constant(7, -6.0);
-  linear_latent(m)->relative_outputs = {1};  // the load: z - y lies in a narrower box than z
+  linear_latent(m)->relative_outputs = {1};  // the load: z - y has a narrower range than z
   for (const int row : {2, 3, 5}) {
     m.latent_max(row) = 1.0;
     m.latent_min(row) = -1.0;
   }
 
-  // z - y for the rows that settle at an output, z for the others, and the load itself.
+  // Reads z - y in the rows that settle at an output, z in the others, and the load itself.
   Network& map = *inverse_map(m);
   map.features = Eigen::MatrixXd::Zero(8, 9);
   map.features.leftCols(7).topRows(7).setIdentity();
@@ -197,7 +197,7 @@ Model rig_model() {
 
 namespace {
 
-/// Limits and predictions of a size that some of a run's samples pass.
+/// Adds a monitor whose limits and predictions some samples of a run exceed.
 Model with_monitor(Model m) {
   const Eigen::Index ny = m.ny(), nz = m.nz(), windows = 2;
   Monitor monitor;
@@ -291,7 +291,7 @@ Model contracting_gated_model() {
   Model m = gated_model();
   m.name = "contracting_gated";
   Gated& own = std::get<Gated>(m.structure);
-  // Weights on z are small enough for the proof.
+  // Small weights on z, so that the proof succeeds.
   own.gates.layers[0].weights.leftCols(5) *= 0.02;
   own.candidate.layers[0].weights.leftCols(5) *= 0.1;
   own.contraction = find_contraction(m, own);
@@ -319,7 +319,7 @@ Model driven_model() {
 
 namespace {
 
-/// One input in +-2; its hold.
+/// Adds one input with the range +-2 and this hold.
 Model with_input(Model m, const std::string& name, Hold hold) {
   m.name = name;
   m.inputs = {{"torque", "N m", 0.0}};
@@ -362,7 +362,7 @@ Model commanded_model() {
 
 namespace {
 
-/// T* reads every feature that is not the clock once more, times the clock, which is the last row of z.
+/// T* also reads each feature except the clock, multiplied by the clock, which is the last row of z.
 Model with_clock_products(Model m) {
   Network& map = *inverse_map(m);
   const Eigen::Index plain = map.features.rows(), clock = m.nz() - 1;
@@ -484,7 +484,7 @@ Model failing_model() {
   latent.output_injection = Eigen::MatrixXd::Zero(5, 5);   // y, y2, voltage, brake, staleness
   latent.output_injection.col(0) = before.col(0);
   latent.output_injection.col(2) = before.col(1);
-  latent.output_injection(3, 1) = 7.0;  // y2 takes the brake's mode
+  latent.output_injection(3, 1) = 7.0;  // y2 uses the mode of the brake
   m.latent_max(3) = 8.0;
   m.latent_min(3) = -4.0;
   Network& map = *inverse_map(m);
@@ -507,7 +507,7 @@ Model failing_rig_model() {
   Network& map = *inverse_map(m);
   map.features.conservativeResize(8, 10);
   map.features.col(9).setZero();
-  map.features(6, 9) = 0.7;  // beside the clock
+  map.features(6, 9) = 0.7;  // next to the clock
   return m;
 }
 
@@ -558,8 +558,8 @@ Model computed_model() {
   const Eigen::MatrixXd before = latent.output_injection;  // y1, y2, voltage, brake, staleness
   latent.output_injection = Eigen::MatrixXd::Zero(5, 8);   // y1, y2, power, drag, voltage, brake, stalenesses
   latent.output_injection.col(0) = before.col(0);
-  latent.output_injection.col(3) = 0.2 * before.col(1);  // drag takes the mode of y2
-  latent.output_injection(2, 2) = 5.0;                   // power that of the voltage
+  latent.output_injection.col(3) = 0.2 * before.col(1);  // drag uses the mode of y2
+  latent.output_injection(2, 2) = 5.0;                   // power uses the mode of the voltage
   m.latent_max(2) = 20.0;
   m.latent_min(2) = -20.0;
   Network& map = *inverse_map(m);
@@ -594,7 +594,7 @@ Model saturating_model() {
   m.name = "saturating";
   m.saturation = 0.5;
   linear_latent(m)->relative_outputs = {};
-  m.latent_min *= 0.2;  // so that the replay leaves it
+  m.latent_min *= 0.2;  // small, so that the replay leaves it
   m.latent_max *= 0.2;
   return m;
 }
@@ -629,7 +629,7 @@ Model commanded_general_model() {
 
 Model commanded_gated_model() {
   Model m = with_input(gated_model(), "commanded_gated", Hold::kZeroOrder);
-  Network map = random_network({5, 2}, 56, 1.1);  // reads z alone
+  Network map = random_network({5, 2}, 56, 1.1);  // reads only z
   map.features = Eigen::MatrixXd::Identity(5, 8);
   m.structure = Gated{random_network({8, 10}, 54, 0.8), random_network({8, 5}, 55, 0.9), map};
   return m;
@@ -641,7 +641,7 @@ Model failing_gated_model() {
   m.failures = {.outputs = {1}, .rest = Eigen::VectorXd::Constant(1, -0.5), .staleness_s = 0.05};
   const Gated own = std::get<Gated>(m.structure);
   Network map = own.inverse_map;
-  map.features.conservativeResize(7, 8);  // T* gives the staleness no weight
+  map.features.conservativeResize(7, 8);  // T* does not read the staleness
   map.features.col(7).setZero();
   m.structure = Gated{random_network({8, 10}, 57, 0.8), random_network({8, 5}, 58, 0.9), map};
   return m;
@@ -662,7 +662,8 @@ Model carried_model() {
                             .starts_steady = true},
               .inverse_map = {},
               .unit_length = true};
-  // Each of the three states: modes of both vectors and the vectors themselves, the same weights.
+  // Weights of each of the three states on the modes of both vectors and on the vectors themselves, equal for all
+  // components.
   Network& map = own.inverse_map;
   map.features = Eigen::MatrixXd::Identity(27, 27);
   map.feature_mean = Eigen::VectorXd::Zero(27);
@@ -746,7 +747,7 @@ Model with_error(Model m, std::uint64_t seed) {
   return m;
 }
 
-/// `driven_model` with a mode so fast that its phi are computed at a part of the step and doubled.
+/// `driven_model` with a mode so fast that its phi functions are computed for a part of the step and doubled.
 static Model fast_driven_model() {
   Model m = driven_model();
   linear_latent(m)->eigenvalues(2) = -80.0;
@@ -812,7 +813,7 @@ Model flown(Model model, int runs, int samples, double share) {
     flight.output_step(j) = flight_step(2.0 * half(j), std::abs(middle(j)) + half(j));
   flight.input_step = Eigen::VectorXd::Constant(model.nu(), flight_step(2.0, 1.0));
   flight.dt_step_s = flight_step(16.0 * model.sample_period_s, 2.0 * model.sample_period_s);
-  // An autoregression of order one and uniform noise: within +-1.
+  // An autoregression of order one with uniform noise, within +-1.
   const auto wander = [&](Eigen::Index n) {
     Eigen::VectorXd values(n);
     double value = uniform(1.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Small valid models with deterministic pseudo-random weights, one for each thing a model can have. They estimate
-// nothing; they are shapes to write, fold, export and step.
+// Small valid models with deterministic pseudo-random weights, one for each feature of a model. They estimate nothing;
+// tests write, fold, export and step them.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,9 @@ namespace nlo::codegen {
 /// The paper's network: one output, three real eigenvalues, T* 3-50x4-2, tanh, no feed-through.
 Model paper_model();
 
-/// A model as of a real rig: an angle and a plain output, complex pairs, real eigenvalues, a clock, a linear path, the
-/// plain output fed through to T*, the angle only as z - y; starts at the steady state of the first output.
+/// A model like that of a real rig: an angle and another output, complex pairs, real eigenvalues, a clock, a linear
+/// path. T* reads the other output directly and the angle only as z - y. Starts at the steady state of the first
+/// output.
 Model rig_model();
 
 /// One output, one state, two real eigenvalues, T* 2-4-1: small enough to read when exported.
@@ -24,7 +25,7 @@ Model tiny_model();
 /// `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
 Model activation_model(const std::string& activation);
 
-/// `tiny_model` with a monitor; `rig_model`, whose angle turns; `computed_model`, whose outputs are not all measured.
+/// `tiny_model` with a monitor; `rig_model`, with an angle; `computed_model`, with computed outputs.
 Model watched_model();
 Model watched_rig_model();
 Model watched_computed_model();
@@ -35,26 +36,26 @@ Model linear_model();
 /// `tiny_model` with this hold ("zero_order", "first_order", "rk4").
 Model hold_model(const std::string& hold);
 
-/// (15): a pendulum with its linear part known, g_hat 2-8-2.
+/// Structure (15): a pendulum with a known linear part, g_hat 2-8-2.
 Model luenberger_model();
 
-/// (11): two outputs, three latent states; F = a stable linear path and a small 5-12-3 beside it, G 3-8-2.
+/// Structure (11): two outputs, three latent states; F = a stable linear path plus a small 5-12-3, G 3-8-2.
 Model general_model();
 /// Five gated units; T* reads [z; y].
 Model gated_model();
-Model contracting_gated_model();  ///< with its proof
+Model contracting_gated_model();  ///< with a proof of contraction
 
-/// (24)-(25): a complex pair and a real eigenvalue, one output, two inputs, g(x) affine, T 2-12-3, T* 3-12-2 with a
-/// linear path each.
+/// Structure (24)-(25): a complex pair and a real eigenvalue, one output, two inputs, g(x) affine; T 2-12-3 and T*
+/// 3-12-2, each with a linear path.
 Model driven_model();
 
-/// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands,
-/// or (`commanded_ramp`) measured with y.
+/// `rig_model` without its angle, with two known inputs that have their own modes and that T* also reads: commands, or
+/// (`commanded_ramp`) measured with y.
 Model commanded_model();
 
-/// A DC motor whose encoder counts turns without end: linear, so T and T* are closed forms, and T* knows the encoder
-/// only relatively. States: speed, current, load; input: voltage. Not among example_models(): its T* makes much of a
-/// rounding.
+/// A DC motor whose encoder counts turns without end. It is linear, so T and T* have closed forms, and T* reads the
+/// encoder only as z - y. States: speed, current, load; input: voltage. Not in example_models(), because its T*
+/// amplifies rounding.
 Model encoder_model();
 Model commanded_ramp_model();
 
@@ -66,17 +67,19 @@ Model fallback_model();
 /// Applies the fallback of a folded network to its output `out`; in: [in; products].
 void fall_back(const Fallback& fallback, const Eigen::VectorXd& in, Eigen::VectorXd& out);
 
-/// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
+/// `commanded_model` with a second output that may be missing; and `rig_model` without inputs, whose load may be
+/// missing.
 Model failing_model();
 Model failing_rig_model();
-/// `rig_model` whose plain output is measured in each fifth sample; whose angle is, in each third.
+/// `rig_model` whose second output is measured in every fifth sample; the same with its angle in every third.
 Model two_rates_model();
 Model slow_angle_model();
-/// `two_rates_model` with a monitor; `failing_rig_model` and `failing_model`, whose output that may be missing is slow.
+/// `two_rates_model` with a monitor; `failing_rig_model` and `failing_model` with a slow output that may be missing.
 Model watched_two_rates_model();
 Model failing_two_rates_model();
 Model watched_failing_two_rates_model();
-/// `failing_model` with two more outputs, computed of outputs and inputs; `gated_model` with the product of its two.
+/// `failing_model` with two more outputs, computed from outputs and inputs; `gated_model` with the product of its two
+/// outputs.
 Model computed_model();
 Model computed_gated_model();
 Model saturating_model();      // saturates z
@@ -87,36 +90,36 @@ Model commanded_luenberger_model();
 Model commanded_general_model();
 Model commanded_gated_model();
 
-/// Gated units whose second output may be missing.
+/// Gated units, with a second output that may be missing.
 Model failing_gated_model();
 
-/// Two vectors and the rate of rotation that carries them; a pair and a real mode; a unit vector is estimated.
+/// Two vectors and the rate of rotation that carries them; a pair and a real mode; the estimate is a unit vector.
 Model carried_model();
 
-/// A driven Van der Pol oscillator as the prior, two outputs, one input; four units, T* 9-8-2.
+/// A driven Van der Pol oscillator as the prior; two outputs, one input; four units, T* 9-8-2.
 Model prior_model();
-/// A model with equations that use every function and a division.
+/// A model whose equations use each function and a division.
 Model prior_functions_model();
-/// The model before, of which x2 alone is estimated.
+/// prior_functions_model() with x2 as the only estimated state.
 Model prior_unestimated_model();
 
-/// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
+/// T* 3-256x3-2, written in memory layout. This model and the next are not in example_models(), because they are slow.
 Model large_model();
 
-/// T* 3-18-300-60-2, large, with layers of either form and what the panels' layout has: tiles of two sizes, eight,
+/// T* 3-18-300-60-2: large, with layers of both forms and all parts of the panel layout: tiles of two sizes, eight,
 /// rest.
 Model mixed_model();
 
-/// `model` as "NAME_error", with an error head on its T*: sigma between .05 and 2.
+/// Returns `model` as "NAME_error", with an error head on T*: sigma between .05 and 2.
 Model with_error(Model model, std::uint64_t seed);
 
-/// A model of each structure that has a T*, with an error head; an angle, saturation, a linear path among them.
+/// A model of each structure with a T*, with an error head; including an angle, saturation and a linear path.
 std::vector<Model> error_models();
 
-/// The last of example_models(): a model of every structure but the plain KKL.
+/// The last of example_models(): a model of each structure except the plain KKL.
 std::vector<Model> structure_models();
 
-/// All of the above; names are distinct.
+/// All of the above; the names are unique.
 std::vector<Model> example_models();
 
 }  // namespace nlo::codegen

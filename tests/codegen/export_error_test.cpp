@@ -30,8 +30,7 @@ ExportError error_in(const Model& m, ScalarType scalar) {
 }
 
 TEST(ExportError, IsOfTheOrderOfTheArithmetic) {
-  // Rounding units of double and float, a few layers of them and the tanh of each; 12 of int16's bits are left for
-  // weights.
+  // Rounding units of double and float, a few layers with their tanh; int16 has 12 bits left for weights.
   constexpr double kDouble = 1e-13, kFloat = 1e-5, kInt16 = 2e-3;
   for (const Model& m : example_models()) {
     const double largest = run_replay(PreparedExport(m)).x_hat.cwiseAbs().maxCoeff();
@@ -52,13 +51,13 @@ TEST(ExportError, IsOfTheOrderOfTheArithmetic) {
   }
 }
 
-TEST(ExportError, OfTheShippedObserverIsFarBelowItsEstimationError) {
+TEST(ExportError, IsFarBelowTheEstimationErrorForTheShippedObserver) {
   const Model m = read_model(NLO_SOURCE_DIR "/examples/models/van_der_pol.json");
   constexpr double kBound = 1e-3;  // a hundredth of the estimation error, 0.11 rms
   EXPECT_LT(error_in(m, ScalarType::kInt16).max.maxCoeff(), kBound);
 }
 
-TEST(ExportError, IsOverTenThousandSamplesInTheDomainOrMore) {
+TEST(ExportError, IsMeasuredOnTenThousandSamplesInTheDomainOrMore) {
   for (const Model& m : {paper_model(), rig_model(), luenberger_model(), driven_model()}) {
     const ExportError error = error_in(m, ScalarType::kFloat);
     EXPECT_GE(error.samples, 10000) << m.name;
@@ -66,18 +65,20 @@ TEST(ExportError, IsOverTenThousandSamplesInTheDomainOrMore) {
   }
 }
 
-TEST(ExportError, OfASmallDomainIsOverAsMany) {
-  Model m = paper_model();  // z = y / |lambda| at rest: y within 2 and 2.08, where tones about the middle do not go
+TEST(ExportError, IsMeasuredOnAsManySamplesForASmallDomain) {
+  // Z = y / |lambda| in steady state: y from 2 to 2.08, where tones about the middle of the range do not go.
+  Model m = paper_model();
   m.latent_min = 0.50 * m.latent_max;
   m.latent_max *= 0.52;
   const ReplayRun run = run_replay(PreparedExport(m));
-  EXPECT_LT(std::count(run.in_domain.begin(), run.in_domain.end(), true), 20) << "the golden replay has few there";
+  EXPECT_LT(std::count(run.in_domain.begin(), run.in_domain.end(), true), 20)
+      << "the golden replay has few samples there";
   EXPECT_GE(error_in(m, ScalarType::kInt16).samples, 10000);
 }
 
-TEST(ExportError, TooFewSamplesAreAnErrorWithItsRemedy) {
+TEST(ExportError, RefusesTooFewSamplesAndNamesTheRemedy) {
   Model m = tiny_model();
-  m.latent_min = Eigen::Vector2d(0.5, -0.9).cwiseProduct(m.latent_max);  // y cannot be high and low at once
+  m.latent_min = Eigen::Vector2d(0.5, -0.9).cwiseProduct(m.latent_max);  // y cannot be high and low at the same time
   m.latent_max = Eigen::Vector2d(0.6, -0.8).cwiseProduct(m.latent_max);
   for (const char* part : {"samples lie in the domain of \"tiny\"", "1000 at least", "train again", "latent_min"})
     EXPECT_THAT(thrown_message([&] { error_in(m, ScalarType::kFloat); }), HasSubstr(part));
@@ -90,7 +91,7 @@ TEST(ExportError, CountsTheSamplesOfRecordedFlights) {
   EXPECT_THAT(error_table(PreparedExport(m)), HasSubstr("12,000 from flights that training recorded"));
 }
 
-TEST(ExportError, OnFlightsRefusesAModelThatPassesOnTones) {
+TEST(ExportError, RefusesAModelThatIsInaccurateOnRecordedFlightsOnly) {
   const Model m = flown(activation_model("tanh"), 24, 500);
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
@@ -106,9 +107,9 @@ TEST(ExportError, OnFlightsRefusesAModelThatPassesOnTones) {
               HasSubstr("within its domain, and --max-error allows"));
 }
 
-TEST(ExportError, OutsideOfTheDomainIsStatedBesideAndJudgedByNobody) {
+TEST(ExportError, StatesTheErrorOutsideOfTheDomainWithoutALimit) {
   Model m = paper_model();
-  m.latent_min *= 0.3;  // the tones at full amplitude leave it, and int16 stays at its edge
+  m.latent_min *= 0.3;  // tones at full amplitude leave it; int16 stays at its edge
   m.latent_max *= 0.3;
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
@@ -119,7 +120,7 @@ TEST(ExportError, OutsideOfTheDomainIsStatedBesideAndJudgedByNobody) {
   EXPECT_THAT(error_table(PreparedExport(m, options)), HasSubstr(fmt::format("{:.1e}\n", error.max_outside(1))));
 }
 
-TEST(ExportError, ItsNumbersAreInOrder) {
+TEST(ExportError, QuantilesAreOrdered) {
   for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kInt16}) {
     const ExportError error = error_in(flown(rig_model(), 4, 500), scalar);
     for (int i = 0; i < 3; ++i) {
@@ -129,9 +130,10 @@ TEST(ExportError, ItsNumbersAreInOrder) {
   }
 }
 
-TEST(Quantile, IsTheValueOfItsRank) {
+TEST(Quantile, IsTheValueAtItsRank) {
   std::vector<double> values;
-  for (int k = 0; k < 10000; ++k) values.push_back(static_cast<double>((k * 7919) % 10000 + 1));  // 1 to 10,000, mixed
+  // 1 to 10,000, shuffled.
+  for (int k = 0; k < 10000; ++k) values.push_back(static_cast<double>((k * 7919) % 10000 + 1));
   EXPECT_EQ(quantile(values, 0.999), 9990.0);
   EXPECT_EQ(quantile(values, 0.5), 5000.0);
   EXPECT_EQ(quantile(values, 1.0), 10000.0);
@@ -139,7 +141,7 @@ TEST(Quantile, IsTheValueOfItsRank) {
   EXPECT_EQ(quantile({}, 0.999), 0.0);
 }
 
-TEST(ErrorLimits, AreOneForAllOrOneEach) {
+TEST(ErrorLimits, ApplyToAllStatesOrToOne) {
   const Model m = paper_model();
   EXPECT_EQ(error_limits("0.01", m), Eigen::Vector2d(0.01, 0.01));
   EXPECT_EQ(error_limits("x2=1e-3,x1=2", m), Eigen::Vector2d(2.0, 1e-3));
@@ -150,14 +152,14 @@ std::string error_of(const std::string& text) {
   return thrown_message([&] { error_limits(text, paper_model()); });
 }
 
-TEST(ErrorLimits, BadOnesAreRefused) {
+TEST(ErrorLimits, RefuseInvalidTexts) {
   for (const char* text : {"", "abc", "-1", "0", "nan", "inf", "1e999", "0,5", "x1=", "=1", "x1=1,", "x1=0x1p3"})
     EXPECT_THAT(error_of(text), HasSubstr("--max-error")) << text;
   EXPECT_THAT(error_of("x3=1"), HasSubstr("there is no state \"x3\"; the model estimates x1, x2"));
   EXPECT_THAT(error_of("x1=1,x1=2"), HasSubstr("given twice"));
 }
 
-TEST(ErrorLimits, ARefusalNamesTheStateTheErrorAndTheRemedy) {
+TEST(ErrorLimits, ErrorsNameTheStateTheErrorAndTheRemedy) {
   const Model m = paper_model();
   ExportOptions options;
   options.scalar = ScalarType::kInt16;

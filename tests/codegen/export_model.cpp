@@ -3,8 +3,8 @@
 //   export_model                                           lists the examples
 //   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]
 //       EXAMPLE  or a model file
-//       TARGET   model: its model file; spoilt: the same, FACTOR times one weight of a last layer, or of the error head
-//                where there is one
+//       TARGET   a target of nlo export, or "model" for the model file
+//       FACTOR   multiplies one weight of the last layer, or of the error head if there is one
 //       SCALAR   or SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR or SCALAR,WEIGHTS,MAX_ERROR,ROLES: float,bf16
 #include <cstdio>
 #include <exception>

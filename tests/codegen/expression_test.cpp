@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Computed outputs: an expression means the same for all code that evaluates it.
+// Computed outputs: an expression has the same value in all code that evaluates it.
 #include "codegen/model/expression.h"
 
 #include <gtest/gtest.h>
@@ -42,12 +42,12 @@ std::string refusal(const char* text) {
   } catch (const Error& error) {
     return error.what();
   }
-  return "taken";
+  return "accepted";
 }
 
 TEST(Expression, EvaluatesByTheRulesOfArithmetic) {
   EXPECT_EQ(value("a*b", 3.0, 4.0, 0.0), 12.0);
-  EXPECT_EQ(value("a - b - c", 1.0, 2.0, 4.0), -5.0);  // from the left
+  EXPECT_EQ(value("a - b - c", 1.0, 2.0, 4.0), -5.0);  // from left to right
   EXPECT_EQ(value("a - (b - c)", 1.0, 2.0, 4.0), 3.0);
   EXPECT_EQ(value("a + b * c", 1.0, 2.0, 4.0), 9.0);  // products first
   EXPECT_EQ(value("(a + b) * c", 1.0, 2.0, 4.0), 12.0);
@@ -57,7 +57,7 @@ TEST(Expression, EvaluatesByTheRulesOfArithmetic) {
   EXPECT_TRUE(std::isnan(value("a * b", std::nan(""), 0.0, 0.0)));
 }
 
-TEST(Expression, IsWrittenInTheOrderInWhichItIsEvaluated) {
+TEST(Expression, IsWrittenInTheOrderOfEvaluation) {
   EXPECT_EQ(written("a * b * c"), "r[0] * r[1] * r[2]");
   EXPECT_EQ(written("a * (b * c)"), "r[0] * (r[1] * r[2])");
   EXPECT_EQ(written("a - (b - c)"), "r[0] - (r[1] - r[2])");
@@ -65,13 +65,13 @@ TEST(Expression, IsWrittenInTheOrderInWhichItIsEvaluated) {
   EXPECT_EQ(written("(a + b) * c"), "(r[0] + r[1]) * r[2]");
 }
 
-TEST(Expression, NamesThePlaceThatItCannotRead) {
+TEST(Expression, ErrorsNameThePlace) {
   EXPECT_EQ(
       refusal("a * d"),
       "expression \"a * d\" reads \"d\": expected a measured output that does not wrap, or an input; there is a, b, c");
   EXPECT_NE(refusal("a b").find("at \"b\": expected an operator"), std::string::npos);
   EXPECT_NE(refusal("a / b").find("at \"b\": expected a number other than 0"), std::string::npos);
-  EXPECT_NE(refusal("a / 0").find("another number than 0"), std::string::npos);
+  EXPECT_NE(refusal("a / 0").find("a number other than 0"), std::string::npos);
   EXPECT_NE(refusal("(a").find("at its end: expected \")\""), std::string::npos);
   EXPECT_NE(refusal("a^9").find("at \"9\": expected a whole power from 1 to 4"), std::string::npos);
   EXPECT_NE(refusal("2 * 3").find("reads nothing"), std::string::npos);
@@ -81,7 +81,7 @@ TEST(Expression, NamesThePlaceThatItCannotRead) {
   EXPECT_NE(refusal((std::string(500, '(') + "a").c_str()).find("fewer parentheses"), std::string::npos);
 }
 
-TEST(Expression, KeepsItsValuesWithinItsInterval) {
+TEST(Expression, ValuesStayWithinTheInterval) {
   const Expression expression("a * b - 2 * c^2 + a", kNames);
   const Interval box[] = {{-1.0, 2.0}, {-3.0, 0.5}, {-1.0, 1.0}};
   const Interval range = expression.evaluate<Interval>([&](int j) { return box[j]; });
@@ -92,7 +92,7 @@ TEST(Expression, KeepsItsValuesWithinItsInterval) {
         EXPECT_GE(at, range.low);
         EXPECT_LE(at, range.high);
       }
-  // A point stays one but for rounding, which is outwards.
+  // A point stays a point, except for rounding outwards.
   const Interval point = expression.evaluate<Interval>([&](int) { return Interval(1.0); });
   EXPECT_LE(point.low, 0.0);
   EXPECT_GE(point.high, 0.0);
@@ -109,7 +109,7 @@ const std::vector<std::string> kEquations = {
     "sign(a) * tan(c / 3)",        "-a^2 / 2 / c + pi * b",
     "max(a, 0) * min(b, c, 0.5)",  "sqrt(max(a * b, 0)) - max(c, 1) * min(c, -2)"};
 
-TEST(Expression, OfEquationsDividesAndNamesFunctions) {
+TEST(Expression, OfEquationsHasDivisionsAndFunctions) {
   const double at[] = {0.7, -1.3, 0.9};
   const auto number = [&](const std::string& text) {
     return Expression(text, kNames, kFunctions).evaluate<double>([&](int j) { return at[j]; });
@@ -122,10 +122,11 @@ TEST(Expression, OfEquationsDividesAndNamesFunctions) {
               1e-15);
   EXPECT_NEAR(number("tan(a) - atan(c)"), std::tan(0.7) - std::atan(0.9), 1e-15);
   EXPECT_EQ(number("2 * pi"), 2.0 * std::numbers::pi);
-  EXPECT_EQ(number("a / 4"), 0.7 / 4.0) << "by a number: times what 1 is divided by it";
-  EXPECT_NE(refusal("sin(a)").find("reads \"sin\""), std::string::npos) << "control: computed outputs do not";
+  EXPECT_EQ(number("a / 4"), 0.7 / 4.0) << "division by a number: multiplication by its reciprocal";
+  EXPECT_NE(refusal("sin(a)").find("reads \"sin\""), std::string::npos)
+      << "control: computed outputs have no functions";
   const auto refused = [](const char* text) { return thrown_message([&] { Expression(text, kNames, kFunctions); }); };
-  EXPECT_NE(refused("a / 0").find("another number than 0"), std::string::npos);
+  EXPECT_NE(refused("a / 0").find("a number other than 0"), std::string::npos);
   EXPECT_NE(refused("mod(a, b)").find("a function (sin, cos, tanh, exp, ln, sqrt, atan, abs, sign, tan, min, max)"),
             std::string::npos);
   EXPECT_NE(refused("max(a, b").find("expected \",\" or \")\""), std::string::npos);
@@ -133,7 +134,7 @@ TEST(Expression, OfEquationsDividesAndNamesFunctions) {
   EXPECT_NE(refused("sin(a").find("expected \")\""), std::string::npos);
 }
 
-TEST(Expression, OfEquationsTakesTheLeastAndTheGreatestOfSeveralValues) {
+TEST(Expression, OfEquationsHasMinimumAndMaximum) {
   const auto of = [](const char* text) { return Expression(text, kNames, kFunctions); };
   const auto number = [&](const char* text, double a, double b) {
     return of(text).evaluate<double>([&](int j) { return j == 0 ? a : b; });
@@ -141,14 +142,14 @@ TEST(Expression, OfEquationsTakesTheLeastAndTheGreatestOfSeveralValues) {
   EXPECT_EQ(number("max(a, b)", -0.1, 0.3), 0.3);
   EXPECT_EQ(number("min(a, b)", -0.1, 0.3), -0.1);
   EXPECT_EQ(number("max(a, b, 0.5, -2)", -0.1, 0.3), 0.5);
-  EXPECT_EQ(number("2 * max(a)", -0.1, 0.3), -0.2) << "of one value it is the value, as in muParser";
+  EXPECT_EQ(number("2 * max(a)", -0.1, 0.3), -0.2) << "the maximum of one value is that value, as in muParser";
   const double none = std::nan("");
   for (const char* text : {"max(a, b)", "min(a, b)"}) {
     EXPECT_TRUE(std::isnan(number(text, none, 1.0))) << "a corrupted value must not be hidden";
     EXPECT_TRUE(std::isnan(number(text, 1.0, none)));
   }
   const Interval range = of("max(a, 0.25)").evaluate<Interval>([](int) { return Interval(-1.0, 2.0); });
-  EXPECT_EQ(range.low, 0.25) << "a root or a quotient of it has a bound";
+  EXPECT_EQ(range.low, 0.25) << "so its root and its reciprocal are bounded";
   EXPECT_EQ(range.high, 2.0);
   EXPECT_EQ(of("max(a * b, c) - min(a, 2)")
                 .text([](int j) { return "r[" + std::to_string(j) + "]"; }, [](double n) { return literal(n); },
@@ -161,7 +162,7 @@ TEST(Expression, EvaluatesSharedPartsOnce) {
   for (const char* text : {"sin(a) * cos(b) - (a + b)^2", "sin(a) / (a + b) - b^2", "c"})
     all.emplace_back(text, kNames, kFunctions);
   const SharedExpressions shared(all, 3);
-  ASSERT_EQ(shared.parts.size(), 2) << "sin(a) and a + b; the square of a name is no more than the name";
+  ASSERT_EQ(shared.parts.size(), 2) << "sin(a) and a + b; the square of a name is not shared";
   const double at[] = {0.7, -1.3, 0.9};
   const auto reading = [&](int j) { return at[j]; };
   double values[3];
@@ -170,7 +171,7 @@ TEST(Expression, EvaluatesSharedPartsOnce) {
     EXPECT_EQ(values[i], all[i].evaluate<double>(reading)) << "the same bits";
 }
 
-TEST(Expression, OfEquationsKeepsItsValuesWithinItsInterval) {
+TEST(Expression, ValuesOfEquationsStayWithinTheInterval) {
   std::mt19937 random(7);
   for (const std::string& text : kEquations) {
     const SharedExpressions shared({Expression(text, kNames, kFunctions)}, 3);
@@ -194,10 +195,10 @@ TEST(Expression, OfEquationsKeepsItsValuesWithinItsInterval) {
       }
     }
   }
-  EXPECT_FALSE((Interval(1.0) / Interval(-0.1, 0.2)).bounded()) << "what may divide by 0 has no bound";
+  EXPECT_FALSE((Interval(1.0) / Interval(-0.1, 0.2)).bounded()) << "a possible division by 0 has no bound";
   EXPECT_FALSE(value_of(Function::kRoot, Interval(-0.1, 1.0)).bounded());
-  EXPECT_FALSE(value_of(Function::kSine, Interval(0.0, 1e4)).bounded()) << "a float does not know its turn";
-  EXPECT_EQ(square(Interval(-1.0, 0.5)).low, 0.0) << "tighter than the product";
+  EXPECT_FALSE(value_of(Function::kSine, Interval(0.0, 1e4)).bounded()) << "a float this large has no precise angle";
+  EXPECT_EQ(square(Interval(-1.0, 0.5)).low, 0.0) << "tighter than the product of intervals";
 }
 
 TEST(Expression, HasTheParityOfItsProducts) {
@@ -210,7 +211,7 @@ TEST(Expression, HasTheParityOfItsProducts) {
   EXPECT_EQ(parity("a + c"), Parity::kNeither);
   EXPECT_EQ(parity("a + 1"), Parity::kNeither);
   EXPECT_EQ(parity("-2 * a * b + 1"), Parity::kEven);
-  // Against values of both signs.
+  // Compared with values of both signs.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.3, 1.0);
   for (const std::string& text : kEquations) {
@@ -225,7 +226,7 @@ TEST(Expression, HasTheParityOfItsProducts) {
   }
 }
 
-TEST(ComputedOutputs, OverwriteTheRowsBehindTheMeasuredOnes) {
+TEST(ComputedOutputs, OverwriteTheRowsAfterTheMeasuredOnes) {
   const ComputedOutputs computed({{"a", "", 0.0}, {"b", "", 0.0}, {"p", "", 0.0, "a * u - b"}}, {{"u", "", 0.0}});
   Eigen::MatrixXd outputs(3, 2);
   outputs << 1.0, 2.0, 3.0, 4.0, 99.0, 99.0;
@@ -237,7 +238,7 @@ TEST(ComputedOutputs, OverwriteTheRowsBehindTheMeasuredOnes) {
 template <class Scalar>
 using BitsOf = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
 
-/// A floating literal by the grammar of C++: digits with a point or an exponent, and f for a float.
+/// Whether a text is a C++ floating literal: digits with a point or an exponent, and f for a float.
 template <class Scalar>
 bool is_literal_of(const std::string& text, Scalar value) {
   std::string digits = text;
@@ -284,7 +285,7 @@ TEST(Literal, ReadsBackToTheSameBitsAtTheEdges) {
   expect_edges_survive<double>();
 }
 
-TEST(Literal, IsTheShortest) {
+TEST(Literal, IsTheShortestThatReadsBack) {
   EXPECT_EQ(literal(1.5f), "1.5f");
   EXPECT_EQ(literal(-0.0f), "-0.0f");
   EXPECT_EQ(literal(1e-7f), "1e-07f");
@@ -298,7 +299,7 @@ TEST(Literal, RefusesNumbersThatAreNotFinite) {
   EXPECT_THROW(literal(-std::numeric_limits<double>::infinity()), Error);
 }
 
-TEST(Literal, CheckSeesALostBitAndAMissingPoint) {  // the control of this file's own detector
+TEST(Literal, CheckDetectsALostBitAndAMissingPoint) {  // the control of this file's own detector
   EXPECT_FALSE(is_literal_of("0.1f", std::nextafter(0.1f, 1.0f)));
   EXPECT_FALSE(is_literal_of("3f", 3.0f));
   EXPECT_FALSE(is_literal_of("3.0", 3.0f));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Flights in a model file: what is written is read back, and invalid flights are refused.
+// Flights in a model file: they are read back unchanged, and invalid flights are refused.
 #include "codegen/model/flight.h"
 
 #include <gmock/gmock.h>
@@ -25,13 +25,13 @@ Eigen::VectorXi integers(std::initializer_list<int> values) {
   return Eigen::Map<const Eigen::VectorXi>(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
 
-TEST(Vlq, EqualsTheCodeOfSourceMaps) {
-  // Differences 0, 1, -1, 15, 16, -16: the table of the source map proposal (revision 3) by hand.
+TEST(Vlq, EqualsTheEncodingOfSourceMaps) {
+  // Differences 0, 1, -1, 15, 16, -16, by hand from the table of the source map proposal (revision 3).
   EXPECT_EQ(to_vlq(integers({0, 1, 0, 15, 31, 15})), "ACDegBhB");
   EXPECT_EQ(to_vlq({}), "");
 }
 
-TEST(Vlq, DecodesItsOwnCodeForAnySteps) {
+TEST(Vlq, ReadsBackForAnySteps) {
   const int most = std::numeric_limits<int>::max();
   for (const auto& values : {integers({}), integers({7}), integers({0, most, -most, most, 0, -1}),
                              integers({16, -16, 511, 512, -512, 16383, 16384, -16384})}) {
@@ -41,29 +41,30 @@ TEST(Vlq, DecodesItsOwnCodeForAnySteps) {
   }
 }
 
-TEST(Vlq, BadCodeIsRefused) {
+TEST(Vlq, RefusesInvalidText) {
   for (const char* text : {"A B", "g", "Ag", "\xff", "gggggggA", "A=", "\n"})
     EXPECT_FALSE(from_vlq(text, 1 << 24).has_value()) << text;
   EXPECT_TRUE(from_vlq(to_vlq(integers({1 << 24})), 1 << 24).has_value());
   EXPECT_FALSE(from_vlq(to_vlq(integers({(1 << 24) + 1})), 1 << 24).has_value());
-  EXPECT_FALSE(from_vlq(to_vlq(integers({1 << 23, 1 << 24, (1 << 24) + 9})), 1 << 24).has_value()) << "sums count";
+  EXPECT_FALSE(from_vlq(to_vlq(integers({1 << 23, 1 << 24, (1 << 24) + 9})), 1 << 24).has_value())
+      << "the limit applies to sums";
 }
 
-TEST(FlightStep, IsAPowerOfTwoThatFloatsHold) {
+TEST(FlightStep, IsAPowerOfTwoThatAFloatCanHold) {
   for (const double range : {0.0, 1e-9, 0.37, 2.0, 5e7})
     for (const double offset : {0.0, 1.0, 1e6}) {
       const double largest = offset + range, step = flight_step(range, largest);
       int exponent = 0;
-      EXPECT_EQ(std::frexp(step, &exponent), 0.5) << "no power of two: " << step;
+      EXPECT_EQ(std::frexp(step, &exponent), 0.5) << "not a power of two: " << step;
       EXPECT_LE(largest / step, kMostFlightCount);
       EXPECT_GE(step, range * 0x1p-14);
       EXPECT_LE(step, std::max({range * 0x1p-13, largest * 0x1p-23, 0x1p-100}));
     }
 }
 
-TEST(FlightInModelFile, ComesBackWithEveryStructure) {
+TEST(FlightInModelFile, ReadsBackForEveryStructure) {
   for (const Model& plain : example_models()) {
-    EXPECT_THAT(to_json(plain), testing::Not(HasSubstr("\"flight\""))) << "no runs, no section";
+    EXPECT_THAT(to_json(plain), testing::Not(HasSubstr("\"flight\""))) << "without runs there is no section";
     const Model m = flown(plain, 3, 200);
     const std::string json = to_json(m);
     const Model read = parse_model(json, "text");
@@ -71,7 +72,7 @@ TEST(FlightInModelFile, ComesBackWithEveryStructure) {
     ASSERT_EQ(read.flight.runs.size(), 3U);
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_EQ(read.flight.runs[i].outputs, m.flight.runs[i].outputs);
-      // Absent inputs may come back as 0 x 0.
+      // Missing inputs may be read back as 0 x 0.
       ASSERT_EQ(read.flight.runs[i].inputs.size(), m.flight.runs[i].inputs.size());
       if (m.flight.runs[i].inputs.size() > 0) {
         EXPECT_EQ(read.flight.runs[i].inputs, m.flight.runs[i].inputs);
@@ -84,11 +85,11 @@ TEST(FlightInModelFile, ComesBackWithEveryStructure) {
   }
 }
 
-TEST(FlightInModelFile, TakesTwoOrThreeBytesASampleOfAChannel) {
+TEST(FlightInModelFile, NeedsTwoOrThreeBytesPerSampleAndChannel) {
   const Model m = tiny_model();
   const auto bytes = [](const Model& model) { return static_cast<double>(to_json(model).size()); };
   const double each = (bytes(flown(m, 24, 500)) - bytes(m)) / (24 * 500);
-  EXPECT_LT(each, 5.0) << "three characters of an output that moves fast, two of a time";
+  EXPECT_LT(each, 5.0) << "three characters for a fast output, two for a time";
 }
 
 std::string refusal(const std::string& find, const std::string& replace, const Model& model) {
@@ -99,7 +100,7 @@ std::string refusal(const std::string& find, const std::string& replace, const M
   return thrown_message([&] { parse_model(json, "m.json"); });
 }
 
-TEST(FlightInModelFile, ABrokenFieldIsNamed) {
+TEST(FlightInModelFile, ErrorsNameTheBrokenField) {
   const Model m = flown(rig_model(), 2, 50), driven = flown(driven_model(), 2, 50);
   EXPECT_EQ(refusal("\"runs\"", "\"runs\"", m), "no error");
   EXPECT_THAT(refusal("\"runs\"", "\"run\"", m), HasSubstr("m.json: flight.\"run\": unknown field"));
@@ -118,9 +119,9 @@ TEST(FlightInModelFile, ABrokenFieldIsNamed) {
 }
 
 TEST(FlightInModelFile, HasALimitOfSamplesAndOfTheirSize) {
-  const auto message = [](const auto& spoil) -> std::string {
+  const auto message = [](const auto& corrupt) -> std::string {
     Model m = flown(tiny_model(), 1, 20);
-    spoil(m.flight);
+    corrupt(m.flight);
     return thrown_message([&] { parse_model(to_json(m), "m.json"); });
   };
   EXPECT_THAT(message([](Flight& f) { f.runs[0].outputs = Eigen::MatrixXi::Zero(1, kMostFlightSamples + 1); }),

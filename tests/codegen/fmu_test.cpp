@@ -34,8 +34,8 @@ std::string token_of(const Model& model) {
   return text.substr(text.find(before) + before.size(), 34);
 }
 
-TEST(Zip, HasTheCheckSumThatAllHaveAndEveryByte) {
-  EXPECT_EQ(crc32("123456789"), 0xCBF43926U) << "the check value of CRC-32 in every catalogue of them";
+TEST(Zip, HasTheStandardChecksumAndEveryByte) {
+  EXPECT_EQ(crc32("123456789"), 0xCBF43926U) << "the published check value of CRC-32";
   const std::string all("\0\1PK\3\4\xff", 7);
   const std::string archive = zip({{"empty", ""}, {"a/b", all}});
   const auto files = by_path(unzipped(archive));
@@ -76,7 +76,7 @@ TEST(Fmu, TokenChangesWithTheModel) {
   EXPECT_NE(token_of(m), token);
 }
 
-TEST(Fmu, UserTextStaysInItsAttribute) {
+TEST(Fmu, UserTextStaysWithinItsAttribute) {
   Model m = tiny_model();
   m.states[0].unit = "\"/><&\x01\n'";
   EXPECT_THAT(description_of(m), HasSubstr("unit=\"&quot;/&gt;&lt;&amp;_\n&#39;\""));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Model files that are broken, hostile or from another time, and the message that each must give. Each row edits the
-// text of a good model.
+// Model files that are broken, malicious or of another version, and the message that each must give. Each row edits the
+// text of a valid model.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ struct Row {
   const char* what;
   const char* find;     ///< its first occurrence in the file...
   std::string replace;  ///< ...becomes this
-  const char* message;  ///< must be part of what is said
+  const char* message;  ///< part of the expected message
 };
 
 std::ostream& operator<<(std::ostream& out, const Row& row) {
@@ -114,13 +114,13 @@ const Row kRows[] = {
 INSTANTIATE_TEST_SUITE_P(Table, HostileModel, testing::ValuesIn(kRows),
                          [](const auto& row) { return std::string(row.param.what); });
 
-TEST(HostileModelFile, EveryTruncationIsRefused) {
+TEST(HostileModelFile, RefusesEveryTruncation) {
   std::vector<Model> models = structure_models();
   models.push_back(tiny_model());
   const std::string json = to_json(tiny_model());
   for (const Model& model : models) {
     const std::string whole = to_json(model);
-    const std::size_t stride = whole.size() / 1000 + 1;  // long files: a thousand of their beginnings
+    const std::size_t stride = whole.size() / 1000 + 1;  // for a long file, a thousand truncations
     for (std::size_t size = 0; size + 2 < whole.size(); size += stride) {
       const std::string message = message_of(whole.substr(0, size));
       ASSERT_THAT(message, testing::HasSubstr(size == 0 ? "the file is empty" : "m.json:")) << model.name << size;
@@ -130,7 +130,7 @@ TEST(HostileModelFile, EveryTruncationIsRefused) {
   EXPECT_THAT(message_of(json.substr(0, json.size() / 2)), testing::HasSubstr("it was cut off"));
 }
 
-TEST(HostileModelFile, FieldsOfEachStructureAreHeldToTheirNamesAndTypes) {
+TEST(HostileModelFile, ChecksNamesAndTypesOfTheFieldsOfEachStructure) {
   const std::string luenberger = to_json(luenberger_model()), general = to_json(general_model()),
                     driven = to_json(driven_model());
   const auto refusal = [](const std::string& json, const std::string& find, const std::string& replace) {
@@ -155,23 +155,23 @@ TEST(HostileModelFile, FieldsOfEachStructureAreHeldToTheirNamesAndTypes) {
               testing::HasSubstr("drive.inputs[0]: is a JSON number"));
 }
 
-TEST(HostileModelFile, DeepNestingIsRefusedBeforeItCanOverflowTheStack) {
+TEST(HostileModelFile, RefusesDeepNestingBeforeItOverflowsTheStack) {
   const std::string deep(1000000, '[');
   EXPECT_THAT(message_of(deep), testing::HasSubstr("nests deeper than"));
   EXPECT_THAT(message_of(edited(to_json(tiny_model()), "\"skip\": [", "\"skip\": " + deep)),
               testing::HasSubstr("nests deeper than"));
 }
 
-TEST(HostileModelFile, SyntaxErrorsHaveALineAndAColumn) {
+TEST(HostileModelFile, SyntaxErrorsNameLineAndColumn) {
   EXPECT_THAT(message_of("{\n  \"format\": nlo\n}"), testing::HasSubstr("m.json:2:14: is not JSON"));
   EXPECT_THAT(message_of("%PDF-1.4"), testing::HasSubstr("m.json:1:1: is not JSON"));
   EXPECT_THAT(message_of("[1, 2]"), testing::HasSubstr("is JSON but no nlo model"));
 }
 
-TEST(HostileModelFile, ShapesThatDisagreeNameTheFieldAndBothShapes) {
-  const auto message = [](const auto& spoil) {
+TEST(HostileModelFile, ErrorsOfShapesNameTheFieldAndBothShapes) {
+  const auto message = [](const auto& corrupt) {
     Model m = rig_model();
-    spoil(m);
+    corrupt(m);
     return message_of(to_json(m));
   };
   EXPECT_THAT(message([](Model& m) { inverse_map(m)->layers[1].weights.conservativeResize(24, 31); }),

@@ -28,7 +28,7 @@ TEST(ModelFile, RoundTripGivesTheSameBytes) {
   }
 }
 
-TEST(ModelFile, RecordedActivationsComeBackAndMayBeLeftOut) {
+TEST(ModelFile, RecordedActivationsReadBackAndAreOptional) {
   Model m = activation_model("relu");
   EXPECT_THAT(to_json(m), testing::Not(testing::HasSubstr("largest_activations")));
   inverse_map(m)->largest_activations = {3.5, 0.1};
@@ -40,7 +40,7 @@ TEST(ModelFile, RecordedActivationsComeBackAndMayBeLeftOut) {
   }
 }
 
-TEST(ModelFile, EveryStructureIsNamedAndComesBack) {
+TEST(ModelFile, EveryStructureIsNamedAndReadsBack) {
   std::set<std::string> seen;
   for (const Model& m : structure_models()) {
     const std::string name(structure_name(m));
@@ -51,10 +51,10 @@ TEST(ModelFile, EveryStructureIsNamedAndComesBack) {
     EXPECT_EQ(structure_name(read), name);
     EXPECT_EQ(to_json(read), json) << name;
   }
-  EXPECT_EQ(seen.size() + 1, structure_modules().size()) << "kkl has models of its own";
+  EXPECT_EQ(seen.size() + 1, structure_modules().size()) << "kkl has its own models";
 }
 
-TEST(ModelFile, CommittedModelsStandAsTheyWouldBeWritten) {
+TEST(ModelFile, CommittedModelsHaveTheCurrentFormat) {
   for (const auto& file : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/examples/models")) {
     if (file.path().extension() != ".json") continue;
     const std::string path = file.path().string();
@@ -62,8 +62,8 @@ TEST(ModelFile, CommittedModelsStandAsTheyWouldBeWritten) {
   }
 }
 
-TEST(ModelFile, OfVersion1IsReadAndWrittenAsOfToday) {
-  // A file that the nlo of its time wrote: the networks were fields of the model, and KKL the only structure.
+TEST(ModelFile, Version1IsReadAndWrittenInTheCurrentFormat) {
+  // A file of that version: the networks were fields of the model, and KKL was the only structure.
   const Model old = read_model(NLO_SOURCE_DIR "/tests/golden/model_version_1.json");
   EXPECT_EQ(structure_name(old), "kkl");
   EXPECT_EQ(old.nz(), 6);
@@ -80,7 +80,7 @@ TEST(ModelFile, RoundTripKeepsEveryBit) {
   inverse_map(m)->layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
   inverse_map(m)->layers[0].weights(0, 1) = -0.0;
   inverse_map(m)->layers[0].weights(0, 2) = std::nextafter(1.0, 2.0);
-  inverse_map(m)->layers[0].weights(0, 3) = std::nextafter(1e25, 0.0);  // 1e30 is the most that may add up
+  inverse_map(m)->layers[0].weights(0, 3) = std::nextafter(1e25, 0.0);  // sums up to 1e30 are valid
   const Model read = parse_model(to_json(m), "text");
   EXPECT_EQ(inverse_map(read)->layers[0].weights, inverse_map(m)->layers[0].weights);
   EXPECT_TRUE(std::signbit(inverse_map(read)->layers[0].weights(0, 1)));
@@ -91,13 +91,13 @@ TEST(ModelFile, RoundTripKeepsEveryBit) {
   EXPECT_EQ(read.outputs[0].wrap, m.outputs[0].wrap);
 }
 
-TEST(ModelFile, TextsWithQuotesAndLinesSurvive) {
+TEST(ModelFile, TextsWithQuotesAndLineBreaksReadBack) {
   Model m = tiny_model();
   m.provenance = {{"config", "a = \"b\"\n\\ \t \xc3\xa9"}, {"zeta", "1"}, {"alpha", "2"}};
   EXPECT_EQ(parse_model(to_json(m), "text").provenance, m.provenance);
 }
 
-TEST(ModelFile, IsWrittenOnlyWhenItCanBeReadAgain) {
+TEST(ModelFile, IsWrittenOnlyIfItCanBeReadAgain) {
   const ScratchDirectory scratch;
   const std::string path = scratch.path("model.json");
   Model m = tiny_model();

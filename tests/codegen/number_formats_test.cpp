@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Weights of 16 bits and the choice of a tanh, as exports make them.
+// Weights of 16 bits and the choice of a tanh in exports.
 #include "codegen/targets/number_formats.h"
 
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ double error_with(const PreparedExport& plain, const ExportOptions& options) {
   return plain.with(options).error().max.maxCoeff();
 }
 
-TEST(Rounded, EqualsTheRuntimesRoundingOfEveryFloat) {
+TEST(Rounded, EqualsTheRoundingOfTheRuntimeForEveryFloat) {
   std::mt19937 random(1);
   for (int k = 0; k < 1000000; ++k) {
     const auto single = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
@@ -60,8 +60,8 @@ TEST(Rounded, EqualsTheRuntimesRoundingOfEveryFloat) {
   }
 }
 
-TEST(Rounded, RoundsOnceNotByWayOfFloat) {
-  const double bf16 = 1.0 + 0x1p-8 + 0x1p-40, fp16 = 1.0 + 0x1p-11 + 0x1p-40;  // a hair above a tie
+TEST(Rounded, RoundsDirectlyFromDouble) {
+  const double bf16 = 1.0 + 0x1p-8 + 0x1p-40, fp16 = 1.0 + 0x1p-11 + 0x1p-40;  // slightly above a tie
   EXPECT_EQ(rounded(bf16, WeightType::kBfloat16), 1.0 + 0x1p-7);
   EXPECT_EQ(rounded(fp16, WeightType::kFloat16), 1.0 + 0x1p-10);
   EXPECT_EQ(rounded(1.0 + 0x1p-11, WeightType::kFloat16), 1.0);  // the tie: to even
@@ -72,12 +72,12 @@ TEST(Rounded, RoundsOnceNotByWayOfFloat) {
   EXPECT_EQ(rounded(0.1, WeightType::kFull), 0.1);
 }
 
-TEST(HalfWeights, MatchTheirGolden) {
+TEST(HalfWeights, EqualTheirGoldenFile) {
   expect_golden(cpp_header(PreparedExport(tiny_model(), with_weights(WeightType::kBfloat16))), "tiny_bf16.h");
 }
 
-TEST(HalfWeights, CostAnErrorOfTheOrderOfTheirRounding) {
-  // Relative roundings 2^-9 and 2^-12, some layers of them; a replay in float is off by 1e-6.
+TEST(HalfWeights, CauseAnErrorOfTheOrderOfTheirRounding) {
+  // Relative rounding 2^-9 and 2^-12 over a few layers; a replay in float differs by 1e-6.
   for (const Model& m : {paper_model(), rig_model(), luenberger_model(), general_model(), driven_model()}) {
     const double largest = run_replay(PreparedExport(m)).x_hat.cwiseAbs().maxCoeff();
     const PreparedExport plain(m);
@@ -90,7 +90,7 @@ TEST(HalfWeights, CostAnErrorOfTheOrderOfTheirRounding) {
   }
 }
 
-TEST(HalfWeights, LeaveBiasesAndLinearPathsAsTheyAre) {
+TEST(HalfWeights, KeepBiasesAndLinearPathsInFloat) {
   const FoldedNetwork whole = *fold(rig_model()).inverse_map();
   const FoldedNetwork half = *in_formats(fold(rig_model()), with_weights(WeightType::kFloat16)).inverse_map();
   EXPECT_EQ(half.linear_path, whole.linear_path);
@@ -105,7 +105,7 @@ std::string refusal_of(const Model& model, const ExportOptions& options,
   return thrown_message([&] { text(PreparedExport(model, options)); });
 }
 
-TEST(HalfWeights, BeyondTheirRangeNameTheLayerAndTheRemedy) {
+TEST(HalfWeights, ErrorsBeyondTheirRangeNameTheLayerAndTheRemedy) {
   Model m = tiny_model();
   inverse_map(m)->layers[1].weights(0, 2) = 1e5;
   for (const auto text : {cpp_header, replay})
@@ -128,7 +128,7 @@ TEST(HalfWeights, AreForFloatAndForTheCppTargets) {
   EXPECT_THROW(weight_type("half"), Error);
 }
 
-TEST(CheapestTanh, IsTheFirstWhoseMeasuredErrorIsWithinTheLimit) {
+TEST(CheapestTanh, IsTheCheapestWhoseMeasuredErrorIsWithinTheLimit) {
   for (const Model& m : {paper_model(), general_model(), driven_model()}) {
     const PreparedExport plain(m);
     std::vector<double> errors;
@@ -145,7 +145,7 @@ TEST(CheapestTanh, IsTheFirstWhoseMeasuredErrorIsWithinTheLimit) {
   }
 }
 
-TEST(CheapestTanh, IsTheSameInEveryTargetAndSaysWhy) {
+TEST(CheapestTanh, IsTheSameInEveryTargetAndStatesTheReason) {
   const Model m = activation_model("tanh");
   const ExportOptions options = PreparedExport(m, {}, "x1=1,x2=1").options();
   const std::string header = cpp_header(PreparedExport(m, options));
@@ -154,7 +154,8 @@ TEST(CheapestTanh, IsTheSameInEveryTargetAndSaysWhy) {
                                 "x1=1,x2=1.\n"));
   EXPECT_THAT(header, HasSubstr("nlo export model.json --max-error x1=1,x2=1 -o"));
   EXPECT_THAT(replay(PreparedExport(m, options)), HasSubstr("--target replay --max-error x1=1,x2=1 -o"));
-  EXPECT_NE(replay(PreparedExport(m, options)), replay(PreparedExport(m, {}))) << "its tolerances are of that tanh";
+  EXPECT_NE(replay(PreparedExport(m, options)), replay(PreparedExport(m, {})))
+      << "its tolerances are those of that tanh";
   for (const NamedText& file : arduino_library(PreparedExport(m, options))) {
     if (file.path == "src/tiny_tanh.h") {
       EXPECT_THAT(file.text, HasSubstr("make_mlp<Activation::kTanh5e5>"));
@@ -164,7 +165,7 @@ TEST(CheapestTanh, IsTheSameInEveryTargetAndSaysWhy) {
     }
   }
   EXPECT_EQ(replay_c99(PreparedExport(m, options)), replay_c99(PreparedExport(m, {})))
-      << "C99 has the most accurate one";
+      << "C99 always uses the most accurate tanh";
 }
 
 TEST(CheapestTanh, StaysUnchangedWithoutAChoice) {
@@ -176,7 +177,7 @@ TEST(CheapestTanh, StaysUnchangedWithoutAChoice) {
   EXPECT_THAT(cpp_header(PreparedExport(tiny_model(), {})), HasSubstr("make_mlp<Activation::kTanh>"));
 }
 
-TEST(LargeNetworks, AreWrittenAsTheyLieInMemory) {
+TEST(LargeNetworks, AreWrittenInMemoryLayout) {
   EXPECT_THAT(cpp_header(PreparedExport(paper_model(), {})), Not(HasSubstr("PanelDense")));
   const std::string header = cpp_header(PreparedExport(mixed_model(), {}));
   for (const char* layer : {"constexpr Dense<float, 3, 18>", "constexpr PanelDense<float, 18, 300>",
@@ -184,7 +185,7 @@ TEST(LargeNetworks, AreWrittenAsTheyLieInMemory) {
     EXPECT_THAT(header, HasSubstr(layer));
 }
 
-TEST(LargeNetworks, LieAsTheRuntimeLaysOutTheirNeurons) {
+TEST(LargeNetworks, HaveTheLayoutOfTheRuntime) {
   constexpr int kIn = 18, kOut = 300;
   using Panels = PanelDense<float, kIn, kOut>;
   const Eigen::MatrixXd weights = fold(mixed_model()).inverse_map()->layers[1].weights;

@@ -32,7 +32,8 @@ requires(sizeof...(Rest) > 0) void unpack(const QuantisedMlp<kKind, First, Rest.
   unpack(mlp.tail, layers);
 }
 
-/// Runs random inputs, some of them far out, through the runtime's template and its emulation.
+/// Runs random inputs, some of them far outside of the domain, through the template of the runtime and through its
+/// emulation.
 template <Activation kKind, int kWidth, int kDepth>
 void expect_same_bits() {
   using Mlp = decltype(bench::random_quantised_map<kKind, kWidth, kDepth>().mlp);
@@ -74,7 +75,7 @@ TEST(QuantisedEmulation, HasTheBitsOfTheRuntime) {
   expect_same_bits<Activation::kRelu, 50, 4>();
 }
 
-/// The promise of kernels/int16.h, recomputed from what came out.
+/// Recomputes the guarantee of kernels/int16.h from the quantised network.
 void expect_no_overflow(const QuantisedNetwork& q) {
   for (const QuantisedLayer& layer : q.layers) {
     EXPECT_GE(layer.shift, 1);
@@ -90,7 +91,7 @@ void expect_no_overflow(const QuantisedNetwork& q) {
   }
 }
 
-/// Largest difference to the network in double over inputs in the box, relative to the largest output.
+/// Returns the largest difference to the network in double over inputs in the box, relative to the largest output.
 double relative_error(const FoldedNetwork& folded, const InputBox& box, const QuantisedNetwork& q) {
   std::uint64_t state = 9;
   double error = 0.0, largest = 0.0;
@@ -119,7 +120,7 @@ bool has_int16(const Model& m) {
   return structure_name(m) == "kkl";
 }
 
-// 16 bits of weights whose rows must leave room for the worst sum: some 12 remain, over four layers of 50 at most.
+// 16 bits of weights, of which the worst sum leaves about 12, over at most four layers of 50 neurons.
 constexpr double kBound = 3e-3;
 
 TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
@@ -145,7 +146,7 @@ TEST(Quantise, NamesTheSupportedModels) {
   EXPECT_THAT(error_of(large), HasSubstr("inverse_map.layers[1] reaches 18.7, and int16 has silu up to 16"));
 }
 
-TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
+TEST(Quantise, RefusesHugeWeightsAndNamesTheirLayer) {
   for (const double huge : {1e6, 1e30, 1e300}) {
     Model m = tiny_model();
     inverse_map(m)->layers[0].weights(2, 1) = huge;
@@ -156,7 +157,7 @@ TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
   EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[1]: row 0"));
 }
 
-/// Over the whole box, relative to the largest output.
+/// Error over the whole box, relative to the largest output.
 double error_of_quantised(const Model& m) {
   const FoldedModel folded = fold(m);
   const QuantisedNetwork q = quantise(m, folded).map;
@@ -176,7 +177,7 @@ TEST(Quantise, RowsAndLayersOfZerosAreExact) {
       layer.bias.setZero();
     }
     inverse_map(m)->output_mean = Eigen::Vector2d(0.5, -3.0);
-    EXPECT_LT(error_of_quantised(m), 1e-6) << activation;  // rounding of float: only the means are left
+    EXPECT_LT(error_of_quantised(m), 1e-6) << activation;  // rounding of float: only the means remain
   }
 }
 
@@ -191,7 +192,7 @@ TEST(Quantise, BiasesFarLargerThanWeightsSaturateOrDominate) {
   EXPECT_LT(error_of_quantised(m), kBound);
 }
 
-TEST(Quantise, InputsThatHardlyMoveAndWideOnesKeepTheirBound) {
+TEST(Quantise, NarrowAndWideInputRangesKeepTheErrorBound) {
   Model m = tiny_model();
   m.latent_min(0) = 1.0;
   m.latent_max(0) = std::nextafter(1.0, 2.0);
@@ -203,8 +204,8 @@ TEST(Quantise, InputsThatHardlyMoveAndWideOnesKeepTheirBound) {
   EXPECT_THAT(error_of(m), HasSubstr("input 0 of inverse_map is beyond float"));
 }
 
-TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
-  // Weights and biases over many decades, inputs at all corners: the sanitizers of the whole test see an overflow.
+TEST(Quantise, AnyWeightsAreRefusedOrGiveSumsWithoutOverflow) {
+  // Weights and biases over many decades, inputs at all corners of the box: the sanitizers detect an overflow.
   bench::RandomUniform random{3};
   const auto decades = [&random](float most) { return std::pow(10.0, static_cast<double>(most * random())); };
   int refused = 0, made = 0;
@@ -234,10 +235,11 @@ TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
   EXPECT_GT(refused, 5);
 }
 
-/// Mean of quantised minus exact over the box: what rounding down all the time would shift.
-TEST(Quantise, RoundingDownIsMadeUpFor) {
+/// Mean of (quantised - exact) over the box, which would be shifted if rounding were always downwards.
+TEST(Quantise, CompensatesRoundingDown) {
   Model m = activation_model("tanh");
-  inverse_map(m)->layers.back().weights = inverse_map(m)->layers.back().weights.cwiseAbs().eval();  // shifts add up
+  // Positive, so that shifts add up.
+  inverse_map(m)->layers.back().weights = inverse_map(m)->layers.back().weights.cwiseAbs().eval();
   const FoldedModel folded = fold(m);
   QuantisedNetwork q = quantise(m, folded).map;
   const auto mean_error = [&](const QuantisedNetwork& network) {
@@ -252,13 +254,13 @@ TEST(Quantise, RoundingDownIsMadeUpFor) {
     return std::abs(sum);
   };
   const double made_up_for = mean_error(q);
-  // The control: the biases of the last layer without the half unit.
+  // Control: without the half unit in the biases of the last layer.
   for (Eigen::Index o = 0; o < q.outputs(); ++o)
     q.layers.back().bias(o) -= q.layers.back().weights.row(o).cast<int>().sum() / 2;
   EXPECT_LT(made_up_for, 0.7 * mean_error(q));
 }
 
-TEST(Quantise, ReluTakesItsRangesFromTheRecordOfTraining) {
+TEST(Quantise, ReluUsesTheRangesRecordedInTraining) {
   Model m = activation_model("relu");
   const FoldedModel folded = fold(m);
   const InputBox box = input_box(m, folded);
@@ -266,7 +268,7 @@ TEST(Quantise, ReluTakesItsRangesFromTheRecordOfTraining) {
   inverse_map(m)->largest_activations = {guessed[0] / 2.2, guessed[1] / 2.2};
   const std::vector<double> recorded = largest_activations(*inverse_map(m), *folded.inverse_map(), box);
   for (std::size_t l = 0; l < 2; ++l) EXPECT_NEAR(recorded[l], guessed[l] / 2.0, 1e-12 * guessed[l]);
-  // Half the range, half the unit: the same integers stand for half as much.
+  // Half the range gives half the unit: the same integers represent values half as large.
   EXPECT_EQ(quantise(m, folded).map.layers[0].shift,
             quantise(activation_model("relu"), folded).map.layers[0].shift - 1);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Gated units in integers: the exporter's emulation against the runtime, to the bit, and both against the equations.
+// Gated units in integers: the emulation of the exporter equals the runtime bit for bit, and both agree with the
+// equations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +33,7 @@ void expect_same_bits() {
   bench::RandomUniform uniform{5};
   Eigen::VectorXf emulated = Eigen::VectorXf::Zero(kUnits);
   for (int k = 0; k < 3000; ++k) {
-    if (k % 500 == 400)  // from anywhere, also where no step leads
+    if (k % 500 == 400)  // restart from any state, also from states that no step reaches
       for (float& z : emulated) z = (k % 1000 == 400 ? 1.0F : 1e6F) * uniform();
     float z[kUnits], y[kNy];
     std::copy(emulated.begin(), emulated.end(), z);
@@ -55,22 +56,24 @@ TEST(QuantisedUnits, EmulationHasTheBitsOfTheRuntime) {
   expect_same_bits<32, 3>();
 }
 
-TEST(QuantisedUnits, ABitFlipStaysVisible) {
+TEST(QuantisedUnits, KeepsABitFlipDetectable) {
   constexpr auto kModel = bench::random_quantised_gated_model<16>();
   SampledObserver<std::remove_const_t<decltype(kModel)>> observer{kModel};
   ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);
   const auto before = observer.save();
-  for (const float spoilt : {std::numeric_limits<float>::quiet_NaN(), 1e38F, -std::numeric_limits<float>::infinity()}) {
+  for (const float corrupted :
+       {std::numeric_limits<float>::quiet_NaN(), 1e38F, -std::numeric_limits<float>::infinity()}) {
     float z[16];
     std::copy(std::begin(before.z), std::end(before.z), z);
-    z[3] = spoilt;
+    z[3] = corrupted;
     const float y[1] = {0.5F};
     kModel.advance(z, y, y, 0.0F);
-    EXPECT_FALSE(is_reachable(z)) << spoilt;
+    EXPECT_FALSE(is_reachable(z)) << corrupted;
   }
 }
 
-/// Largest difference of z between integers and the equations in double, run over readings that change slowly and fast.
+/// Returns the largest difference of z between integers and the equations in double, for readings that change slowly
+/// and fast.
 double largest_error(const Model& m) {
   const FoldedModel folded = fold(m);
   const QuantisedModel quantised = quantise(m, folded);
@@ -96,7 +99,7 @@ TEST(QuantisedUnits, StayWithinTheirBound) {
   for (const Model& m : {gated_model(), contracting_gated_model()}) EXPECT_LT(largest_error(m), 1e-3) << m.name;
 }
 
-TEST(QuantisedUnits, HugeWeightsAreRefusedWithTheirLayer) {
+TEST(QuantisedUnits, RefusesHugeWeightsAndNamesTheirLayer) {
   Model m = gated_model();
   networks(m)[1].network->layers[0].weights(1, 0) = 1e9;
   EXPECT_THAT(thrown_message([&] { quantise(m, fold(m)); }), HasSubstr("candidate.layers[0]: neuron 1 has sums up to"));

@@ -16,7 +16,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// Smooth outputs inside the declared range; angles may leave it, they are unwrapped.
+/// Smooth outputs within the declared range. Angles may leave it, because they are unwrapped.
 Eigen::MatrixXd smooth_outputs(const Model& m, const Eigen::VectorXd& time_s) {
   Eigen::MatrixXd y(m.ny(), time_s.size());
   for (int j = 0; j < m.ny(); ++j) {
@@ -30,7 +30,7 @@ Eigen::VectorXd times(const Model& m, Eigen::Index samples) {
   return Eigen::VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * m.sample_period_s);
 }
 
-/// Inputs of a driven model within +-1; none for another.
+/// Inputs of a driven model within +-1; empty for other models.
 Eigen::MatrixXd smooth_inputs(const Model& m, const Eigen::VectorXd& time_s) {
   Eigen::MatrixXd u(m.nu(), m.nu() > 0 ? time_s.size() : 0);
   for (int i = 0; i < m.nu(); ++i) u.row(i) = (2.3 * time_s.array() + i).sin();
@@ -67,7 +67,7 @@ TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
   }
 }
 
-/// z after 1 s of ramps in y and u (ramps at any sample period), sampled `steps` times.
+/// Returns z after 1 s of ramps in y and u (ramps for any sample period), with `steps` samples.
 Eigen::VectorXd after_a_second(Model m, int steps) {
   m.sample_period_s = 1.0 / steps;
   const Eigen::RowVectorXd t = Eigen::RowVectorXd::LinSpaced(steps + 1, 0.0, 1.0);
@@ -77,10 +77,10 @@ Eigen::VectorXd after_a_second(Model m, int steps) {
   return ReferenceObserver<double>(m).run(y, u, t.transpose(), true).z.rightCols<1>();
 }
 
-TEST(ReferenceObserver, ConvergesAtOrderFourWhereItIntegrates) {
-  constexpr double kOrderTolerance = 0.3;  // the networks' scales are not far above steps of 1/32 s
+TEST(ReferenceObserver, ConvergesAtOrderFourForNonlinearStructures) {
+  constexpr double kOrderTolerance = 0.3;  // the time scales of the networks are not far above steps of 1/32 s
   for (const Model& m : structure_models()) {
-    if (m.name == "gated" || m.name == "carried" || m.name == "prior") continue;  // see below; prior: of gated units
+    if (m.name == "gated" || m.name == "carried" || m.name == "prior") continue;  // tested below; prior has gated units
     const Eigen::VectorXd exact = after_a_second(m, 2048);
     const double coarse = (after_a_second(m, 32) - exact).norm(), fine = (after_a_second(m, 64) - exact).norm();
     EXPECT_NEAR(std::log2(coarse / fine), 4.0, kOrderTolerance) << m.name << ": " << coarse << " to " << fine;
@@ -88,7 +88,8 @@ TEST(ReferenceObserver, ConvergesAtOrderFourWhereItIntegrates) {
 }
 
 TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation) {
-  // A step holds rates and targets, so that halving it halves the error; the differential equation by RK4 of 1/4096 s.
+  // A step holds rates and targets constant, so halving it halves the error. Reference: RK4 of the differential
+  // equation with steps of 1/4096 s.
   const Model m = gated_model();
   const Eigen::Vector2d y(0.8, -0.4);
   const auto after_a_second = [&](int steps) -> Eigen::VectorXd {
@@ -109,13 +110,13 @@ TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation)
     z += kStep / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
   }
   const double coarse = (after_a_second(1024) - z).norm(), fine = (after_a_second(2048) - z).norm();
-  EXPECT_GT(coarse, 1e-6) << "control: the steps are not the solution";
+  EXPECT_GT(coarse, 1e-6) << "control: coarse steps differ from the solution";
   EXPECT_NEAR(std::log2(coarse / fine), 1.0, 0.1) << coarse << " to " << fine;
 }
 
-TEST(ReferenceObserver, GatedStepIsTheEquationOfItsHeader) {
-  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power, for arguments that do
-  // not overflow.
+TEST(ReferenceObserver, GatedStepEqualsItsDocumentedEquation) {
+  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus written as a power, for arguments
+  // that do not overflow.
   const Model m = gated_model();
   const Gated& own = own_part<Gated>(m);
   const ReferenceNetwork<double> gates(own.gates), candidate(own.candidate);
@@ -138,8 +139,8 @@ TEST(ReferenceObserver, GatedStepIsTheEquationOfItsHeader) {
 }
 
 TEST(ReferenceObserver, CarriedVectorsConvergeToTheirDifferentialEquation) {
-  // Between samples y is a ramp in axes that stand still in the world, where the equation's ramp is in the body's: a
-  // difference of order two.
+  // Between samples the observer takes y as a ramp in axes fixed in the world, the equation as a ramp in the axes of
+  // the body: a difference of second order.
   const Model m = carried_model();
   const auto y = [&](double t) {
     Eigen::VectorXd readings(9);
@@ -162,16 +163,16 @@ TEST(ReferenceObserver, CarriedVectorsConvergeToTheirDifferentialEquation) {
     z += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
   }
   const double coarse = (after_a_second(m, 64) - z).norm(), fine = (after_a_second(m, 128) - z).norm();
-  EXPECT_GT(coarse, 1e-6) << "control: the steps are not the solution";
+  EXPECT_GT(coarse, 1e-6) << "control: coarse steps differ from the solution";
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << coarse << " to " << fine;
 }
 
 TEST(ReferenceObserver, ABatchEqualsSingleSteps) {
-  constexpr double kTolerance = 1e-12;  // products of other shapes add in another order
+  constexpr double kTolerance = 1e-12;  // matrix products of other sizes add in another order
   for (const Model& m : example_models()) {
     Eigen::VectorXd t = times(m, 700);  // more than one block
     t += 0.3 * m.sample_period_s * (t.array() * 91.0 / m.sample_period_s).sin().matrix();
-    // Within +-pi: angles need no unwrapping.
+    // Within +-pi, so that angles need no unwrapping.
     const Eigen::MatrixXd y = smooth_outputs(m, t).array().min(3.0).max(-3.0);
     const Eigen::MatrixXd u = smooth_inputs(m, t);
     ReferenceObserver<double> observer(m);
@@ -186,7 +187,7 @@ TEST(ReferenceObserver, ABatchEqualsSingleSteps) {
   }
 }
 
-TEST(ReferenceObserver, ThatSaturatesGivesTheEstimateOfTheEdgeBeyondItsReach) {
+TEST(ReferenceObserver, GivesTheEstimateOfTheEdgeBeyondItsSaturation) {
   for (const Model& m : {saturating_model(), saturating_rig_model()}) {
     Model free = m;
     free.saturation = 0.0;
@@ -212,7 +213,8 @@ TEST(ReferenceObserver, ThatSaturatesGivesTheEstimateOfTheEdgeBeyondItsReach) {
 }
 
 TEST(ReferenceObserver, FloatFollowsDouble) {
-  constexpr double kTolerance = 2e-4;  // some hundred roundings of 6e-8, times weights' gains and state scales up to 20
+  // About a hundred roundings of 6e-8, times gains of weights and state scales up to 20.
+  constexpr double kTolerance = 2e-4;
   for (const Model& m : example_models()) {
     const Eigen::VectorXd t = times(m, 600);
     const Eigen::MatrixXd y = smooth_outputs(m, t);
@@ -223,14 +225,14 @@ TEST(ReferenceObserver, FloatFollowsDouble) {
   }
 }
 
-TEST(ReferenceObserver, ConstantOutputIsASteadyStateWhenItStartsThere) {
+TEST(ReferenceObserver, StaysInTheSteadyStateOfAConstantOutput) {
   const Model m = rig_model();
   ReferenceObserver<double> observer(m);
   const Eigen::Vector2d y(1.3, -2.0);
   observer.step(y);
   const Eigen::VectorXd z0 = observer.latent();
   for (int k = 0; k < 1000; ++k) observer.step(y);
-  EXPECT_LT((observer.latent() - z0).head(6).cwiseAbs().maxCoeff(), 1e-12);  // all but the clock
+  EXPECT_LT((observer.latent() - z0).head(6).cwiseAbs().maxCoeff(), 1e-12);  // all except the clock
   EXPECT_LT((z0 - m.initial_latent - steady_gain(m) * y).cwiseAbs().maxCoeff(), 1e-15);
 }
 
@@ -249,7 +251,7 @@ TEST(ReferenceNetwork, MultipliesFeaturesByTheirClocks) {
   EXPECT_NEAR(ReferenceNetwork<double>(n)(Eigen::Vector2d(3.0, 0.2))(0), 0.5 + 1.25 + 2.0 + 25.0, 1e-12);
 }
 
-TEST(ReferenceNetwork, IsItsFoldedFormWithProductsOfClocks) {
+TEST(ReferenceNetwork, EqualsItsFoldedFormWithProductsOfClocks) {
   constexpr double kTolerance = 1e-10;  // sums of 100 terms of order 10, in double
   for (const Model& m : {clocked_model(), clocked_rig_model(), fallback_model()}) {
     const Network& map = *inverse_map(m);
@@ -281,7 +283,7 @@ TEST(ReferenceNetwork, FallsBackToItsRowFarFromIt) {
   EXPECT_NEAR(out(1, 2) / (1.0 + 6.0 * (0.5e12 - 0.5)), 1.0, 1e-11);
 }
 
-TEST(ReferenceNetwork, DerivativeOfProductsMeetsCentralDifferences) {
+TEST(ReferenceNetwork, DerivativeOfProductsAgreesWithCentralDifferences) {
   constexpr double kStep = 1e-5, kTolerance = 1e-7;  // error of order step^2, and rounding over the step
   for (const Model& m : {clocked_model(), clocked_rig_model()}) {
     const ReferenceNetwork<double> map(*inverse_map(m));
@@ -297,10 +299,10 @@ TEST(ReferenceNetwork, DerivativeOfProductsMeetsCentralDifferences) {
   }
 }
 
-TEST(ReferenceObserver, AFullTurnOfAnAngleIsNotSeen) {
+TEST(ReferenceObserver, AFullTurnOfAnAngleHasNoEffect) {
   const Model m = rig_model();
   constexpr double kTurn = 6.283185307179586;
-  constexpr double kTolerance = 1e-11;  // z is about 6 larger: its rounding, over feature and state scales
+  constexpr double kTolerance = 1e-11;  // z is larger by about 6: its rounding, with feature and state scales
   const Eigen::VectorXd t = times(m, 400);
   Eigen::MatrixXd y = smooth_outputs(m, t);
   const auto here = ReferenceObserver<double>(m).run(y, {}, t, true);
@@ -310,7 +312,7 @@ TEST(ReferenceObserver, AFullTurnOfAnAngleIsNotSeen) {
   EXPECT_GT((here.z - turned.z).cwiseAbs().maxCoeff(), 1.0);
 }
 
-TEST(ReferenceObserver, StepsUnwrapAnglesThatPassTheEndOfTheirRange) {
+TEST(ReferenceObserver, UnwrapsAnglesThatPassTheEndOfTheirRange) {
   const Model m = rig_model();
   ReferenceObserver<double> observer(m);
   for (int k = 0; k < 2000; ++k) {
@@ -324,7 +326,7 @@ TEST(ReferenceObserver, HoldsTheLastGoodOutputAndClampsToTheRange) {
   const Model m = tiny_model();
   ReferenceObserver<double> faulty(m), mended(m);
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  faulty.step(Eigen::VectorXd::Constant(1, nan));  // nothing to hold yet: still waiting for the first
+  faulty.step(Eigen::VectorXd::Constant(1, nan));  // no value to hold: the observer still waits for the first one
   EXPECT_EQ(faulty.latent(), m.initial_latent);
   const double arriving[] = {0.5, 0.7, nan, inf, 9.0, -0.2}, meant[] = {0.5, 0.7, 0.7, 0.7, 3.0, -0.2};
   for (int k = 0; k < 6; ++k) {
@@ -335,7 +337,7 @@ TEST(ReferenceObserver, HoldsTheLastGoodOutputAndClampsToTheRange) {
   EXPECT_EQ(faulty.estimate(), mended.estimate());
 }
 
-TEST(ReferenceObserver, RefusesInputsThatAreNotTheModels) {
+TEST(ReferenceObserver, RefusesInputsOfAnotherModel) {
   const Eigen::VectorXd t = times(driven_model(), 5);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Zero(1, 5);
   EXPECT_THROW(ReferenceObserver<double>(driven_model()).run(y, {}, t, true), Error);
@@ -344,7 +346,7 @@ TEST(ReferenceObserver, RefusesInputsThatAreNotTheModels) {
   EXPECT_NO_THROW(ReferenceObserver<double>(driven_model()).run(y, Eigen::MatrixXd::Zero(2, 5), t, true));
 }
 
-TEST(ReferenceObserver, RefusesAModelThatIsNotValid) {
+TEST(ReferenceObserver, RefusesAnInvalidModel) {
   Model m = tiny_model();
   linear_latent(m)->eigenvalues(0) = 0.1;
   EXPECT_THROW(ReferenceObserver<double>{m}, Error);

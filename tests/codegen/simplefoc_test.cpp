@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which channels a Sensor of SimpleFOC takes for the shaft's angle and velocity, and what it says where it cannot tell.
+// Which channels a Sensor for SimpleFOC uses as angle and velocity of the shaft, and its errors if they are ambiguous.
 // compile_wrappers.sh flies it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,12 +28,12 @@ std::string refusal_of(const Model& model, const std::string& roles = "") {
   return thrown_message([&] { sensor_of(model, roles); });
 }
 
-TEST(SimpleFoc, UnitsTellTheAngleAndTheVelocity) {
+TEST(SimpleFoc, UnitsIdentifyTheAngleAndTheVelocity) {
   const std::string sensor = sensor_of(rig_model());
-  EXPECT_THAT(sensor, HasSubstr("y[rig_output_alpha] = static_cast<float>(angle_prev)"));  // it turns
+  EXPECT_THAT(sensor, HasSubstr("y[rig_output_alpha] = static_cast<float>(angle_prev)"));  // an angle with a wrap
   EXPECT_THAT(sensor, HasSubstr("return static_cast<float>(x_hat_[rig_state_alpha_dot])"));
   Model straight = rig_model();
-  straight.outputs[0].unit = "m";  // then none is the encoder
+  straight.outputs[0].unit = "m";  // then no output is the encoder
   EXPECT_THAT(sensor_of(straight), Not(HasSubstr("y[rig_output_alpha]")));
   EXPECT_THAT(sensor_of(rig_model(), "angle=none"), Not(HasSubstr("y[rig_output_alpha]")));
 }
@@ -50,7 +50,7 @@ TEST(SimpleFoc, NamesIdentifyChannelsWithoutUnits) {
   EXPECT_THAT(sensor_of(m), HasSubstr("x_hat_[rig_state_omega]"));
 }
 
-TEST(SimpleFoc, SeveralAreAskedFor) {
+TEST(SimpleFoc, AsksForRolesIfSeveralChannelsFit) {
   Model m = rig_model();
   m.states[1].unit = "rad/s";
   EXPECT_THAT(refusal_of(m),
@@ -59,7 +59,7 @@ TEST(SimpleFoc, SeveralAreAskedFor) {
   EXPECT_THAT(sensor_of(m, "velocity=load_dot"), HasSubstr("x_hat_[rig_state_load_dot]"));
 }
 
-TEST(SimpleFoc, OtherUnitsAndTurnsAreRefused) {
+TEST(SimpleFoc, RefusesOtherUnitsAndTurns) {
   Model m = rig_model();
   m.outputs[0].unit = "deg";
   EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle?"));

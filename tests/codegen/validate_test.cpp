@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages of validation for each field of each structure. A row breaks one field of a good model.
+// Messages of validation for each field of each structure. A row breaks one field of a valid model.
 #include "codegen/model_file/validate.h"
 
 #include <gmock/gmock.h>
@@ -28,8 +28,8 @@ std::string message_of(const Model& model) {
 struct Row {
   const char* what;
   Model (*model)();
-  std::function<void(Model&)> spoil;
-  const char* message;  ///< must be part of what is said
+  std::function<void(Model&)> corrupt;
+  const char* message;  ///< part of the expected message
 };
 
 std::ostream& operator<<(std::ostream& out, const Row& row) {
@@ -45,13 +45,13 @@ class BadModel : public testing::TestWithParam<Row> {};
 TEST_P(BadModel, IsRefusedWithItsFieldAndTheRemedy) {
   Model m = GetParam().model();
   ASSERT_EQ(message_of(m), "no error");
-  GetParam().spoil(m);
+  GetParam().corrupt(m);
   EXPECT_THAT(message_of(m), testing::HasSubstr(GetParam().message));
 }
 
 const Row kRows[] = {
     {"LuenbergerOfAnAngle", luenberger_model, [](Model& m) { m.outputs[0].wrap = 6.283185307179586; },
-     "outputs[0].wrap is 6.283185307179586; only a KKL observer turns"},
+     "outputs[0].wrap is 6.283185307179586; only a KKL observer can follow an unwrapped angle"},
     {"LuenbergerStart", luenberger_model,
      [](Model& m) {
        m.initial_latent = m.latent_max = Eigen::Vector3d::Ones();
@@ -59,9 +59,9 @@ const Row kRows[] = {
      },
      "initial_latent has 3 entries; it must have 2 (n_x"},
     {"RelativeOutputThatIsNotThere", rig_model, [](Model& m) { linear_latent(m)->relative_outputs = {2}; },
-     "relative_outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+     "relative_outputs[0] is 2; write numbers of outputs, from 0 to 1, in increasing order"},
     {"FallbackOfNoOutput", fallback_model, [](Model& m) { inverse_map(m)->fallback.outputs[0] = 2; },
-     "inverse_map.fallback.outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+     "inverse_map.fallback.outputs[0] is 2; write numbers of outputs, from 0 to 1, in increasing order"},
     {"FallbackOfAnotherShape", fallback_model, [](Model& m) { inverse_map(m)->fallback.rows.resize(1, 3); },
      "inverse_map.fallback.rows is 1 x 3; it must be 1 x 13"},
     {"FallbackWithoutReach", fallback_model, [](Model& m) { inverse_map(m)->fallback.reach(0) = 0.0; },
@@ -84,7 +84,7 @@ const Row kRows[] = {
     {"FeatureClockThatStartsElsewhere", clocked_model, [](Model& m) { m.initial_latent(4) = 0.5; },
      "inverse_map.feature_clocks[7] is 4; it must be -1"},
     {"FeatureClocksOfGatedUnits", gated_model, [](Model& m) { inverse_map(m)->feature_clocks.assign(7, -1); },
-     "inverse_map.feature_clocks is of the inverse_map of structure kkl; leave it out"},
+     "inverse_map.feature_clocks belongs to the inverse_map of structure kkl; leave it out"},
     {"RelativeOutputTwice", rig_model,
      [](Model& m) {
        linear_latent(m)->relative_outputs = {1, 1};
@@ -120,11 +120,11 @@ const Row kRows[] = {
      "error.weights is 1 x 7; it must be 1 x 8 (n_x x twice the neurons of the last hidden layer)"},
     {"ErrorNotFinite", sure_model, [](Model& m) { m.error->bias(0) = kNaN; }, "error.bias[0] is not finite"},
     {"ErrorRangeFalls", sure_model, [](Model& m) { m.error->log_max(0) = -7.5; },
-     "and error.log_max[0] is -7.5; they must rise and be within +-60"},
+     "and error.log_max[0] is -7.5; the first must be the smaller one, and both within +-60"},
     {"ErrorTooLarge", sure_model, [](Model& m) { m.error->log_max(0) = 60.5; }, "error.log_max[0] is 60.5"},
     {"ErrorFactorZero", sure_model, [](Model& m) { m.error->factor_68(0) = 0.0; }, "error.factor_68[0] is 0 and"},
     {"ErrorFactorsFall", sure_model, [](Model& m) { m.error->factor_95(0) = 0.5; },
-     "error.factor_95[0] is 0.5; they must rise and be within 0.001 and 1000"},
+     "error.factor_95[0] is 0.5; the first must be the smaller one, and both from 0.001 to 1000"},
     {"StateMatrixShape", luenberger_model,
      [](Model& m) { std::get<Luenberger>(m.structure).state_matrix.conservativeResize(2, 1); },
      "luenberger.state_matrix is 2 x 1; it must be 2 x 2"},
@@ -259,7 +259,7 @@ const Row kRows[] = {
      [](Model& m) { std::get<Gated>(m.structure).contraction.rate *= 1.001; }, "contraction.rate is"},
     {"ContractionOfOtherWeights", contracting_gated_model,
      [](Model& m) { std::get<Gated>(m.structure).candidate.layers[0].weights(2, 1) += 1.0; },
-     "gates and candidate prove none in that metric; take the contraction out"},
+     "gates and candidate prove none in that metric; remove the contraction"},
     {"ContractionInAWiderRange", contracting_gated_model, [](Model& m) { m.output_max(0) += 100.0; },
      "contraction.rate is"},
     {"ContractionMetric", contracting_gated_model,
@@ -296,7 +296,8 @@ const Row kRows[] = {
      "eigenvalues[0] is 0.5"},
 };
 
-/// Readings that jump between the ends of their ranges, in the time of each mode and at random.
+/// Drives readings between the ends of their ranges, in the time of each mode and at random, and returns the share of
+/// the bound that z reaches.
 double share_reached(const Model& m) {
   const StepMatrices step = latent_step(m, m.sample_period_s);
   const Eigen::MatrixXd a = block_diagonal(m, step.a_minus_1) + Eigen::MatrixXd::Identity(m.nz(), m.nz());
@@ -314,12 +315,12 @@ double share_reached(const Model& m) {
   return share;
 }
 
-TEST(LargestLatent, BoundsReachedStatesWithinAnOrderOfMagnitude) {
+TEST(LargestLatent, IsWithinAnOrderOfMagnitudeOfReachedStates) {
   for (const Model& m : {tiny_model(), rig_model(), paper_model(), hold_model("rk4"), hold_model("zero_order"),
                          commanded_model(), failing_rig_model()}) {
     const double share = share_reached(m);
     EXPECT_LT(share, 1.0) << m.name;
-    EXPECT_GT(share, 0.1) << m.name << ": models that would fly are refused";
+    EXPECT_GT(share, 0.1) << m.name << ": the bound is so loose that valid models are refused";
   }
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 using Flown = KklObserver<watched::Model>;
 
-/// A wave with noise, outliers, a burst of misses, a frozen stretch, and one that is off.
+/// A wave with noise, outliers, a burst of missing samples, a frozen part, and a part with a bias.
 std::vector<float> measurements() {
   std::mt19937 engine(3);
   std::normal_distribution<float> noise(0.0F, 0.1F);
@@ -34,7 +34,7 @@ std::vector<float> measurements() {
   return y;
 }
 
-TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
+TEST(WatchedFlight, HeaderAndReferenceAgree) {
   const Model model = watched_model();
   Flown observer{watched::kModel};
   watched::Monitor monitor{watched::kMonitor};
@@ -57,22 +57,22 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
     alarms += alarm != Alarm::kNone ? 1 : 0;
     rejected += std::isnan(kept) && !std::isnan(y) ? 1 : 0;
   }
-  // 1,200 steps of float through averages that forget: some hundred roundings of 6e-8 stay.
+  // 1,200 steps in float through averages that forget: about a hundred roundings of 6e-8 remain.
   EXPECT_LT(furthest, 2e-5);
   EXPECT_EQ(different, 0);
-  // A control: the flight has what is to be seen.
+  // Control: the flight contains faults.
   EXPECT_GT(alarms, 20);
   EXPECT_LT(alarms, 1100);
   EXPECT_GE(rejected, 8 + 30);  // a sensor is frozen from its 30th repetition on
 }
 
-/// The golden model with an output of a fifth of the rate.
+/// The golden model with an output at a fifth of the rate.
 struct Slow : watched::Model {
   static constexpr std::uint16_t kNotDue[kNr] = {4};
 };
 constexpr Slow kSlow{watched::kModel};
 
-TEST(WatchedFlight, HeaderAndReferenceSeeTheSameOfASlowOutput) {
+TEST(WatchedFlight, HeaderAndReferenceAgreeForASlowOutput) {
   Model model = watched_model();
   model.outputs[0].period_s = 5.0 * model.sample_period_s;
   for (const bool gate : {true, false}) {
@@ -102,23 +102,23 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSameOfASlowOutput) {
       missing += alarm == Alarm::kMissing ? 1 : 0;
       others += alarm != Alarm::kNone && alarm != Alarm::kMissing ? 1 : 0;
       if (!gate && k > 20 && k < 500) {
-        ASSERT_NE(alarm, Alarm::kMissing) << k << ": nothing is due between two samples";
+        ASSERT_NE(alarm, Alarm::kMissing) << k << ": no sample is due in between";
       }
     }
     EXPECT_LT(furthest, 2e-5);  // as above
     EXPECT_EQ(different, 0);
     EXPECT_GT(missing, 10) << "control: 40 samples are missing";
-    EXPECT_GT(others, 20) << "control: the flight has what is to be seen";
+    EXPECT_GT(others, 20) << "control: the flight contains faults";
   }
 }
 
-TEST(WatchedFlight, AWholeRunEqualsItsSteps) {
+TEST(WatchedFlight, ARunEqualsItsSteps) {
   const Model model = watched_rig_model();
   const Eigen::Index samples = 300;
   Eigen::MatrixXd y(2, samples);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const double t = static_cast<double>(k);
-    y.col(k) << std::remainder(0.08 * t, 2.0 * std::numbers::pi), std::sin(0.1 * t);  // the angle turns over
+    y.col(k) << std::remainder(0.08 * t, 2.0 * std::numbers::pi), std::sin(0.1 * t);  // the angle makes full turns
   }
   const WatchedRun run = watched_run(model, *model.monitor, y, {});
   ReferenceObserver<float> observer(model);
@@ -130,10 +130,10 @@ TEST(WatchedFlight, AWholeRunEqualsItsSteps) {
     ASSERT_TRUE(watch.levels().isApprox(run.levels.col(k), 1e-12) || k == 0) << k;
   }
   const WatchedRun open = watched_run(model, *model.monitor, y, {}, {}, Gate::kNotUsed);
-  EXPECT_EQ(open.run.x_hat, run.run.x_hat) << "a gate that rejects nothing changes nothing";
+  EXPECT_EQ(open.run.x_hat, run.run.x_hat) << "a gate that rejects nothing has no effect";
   EXPECT_EQ(run.armed_after, 10);
   EXPECT_TRUE(run.levels.allFinite());
-  // The wrap is no jump: without it the innovation would be 2 pi over a deviation of .2.
+  // The wrap is not a jump: without it, the innovation would be 2 pi divided by a deviation of .2.
   EXPECT_EQ(run.rejected, 0);
 }
 

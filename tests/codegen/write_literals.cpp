@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints a C++ program that compares some thousand literals with the bits that they stand for, as its compiler sees
-// them. With an argument one of the bits is wrong: the control.
+// Prints a C++ program that compares a few thousand literals, as its compiler reads them, with the bits that they stand
+// for. With an argument, one bit is wrong: the control.
 #include <fmt/format.h>
 
 #include <bit>
@@ -16,14 +16,14 @@
 namespace {
 
 template <class Scalar>
-std::string cases(std::uint64_t spoil) {
+std::string cases(std::uint64_t corrupt) {
   using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
   using Limits = std::numeric_limits<Scalar>;
   constexpr int kRandom = 3000;
   std::string text;
   const auto add = [&](Scalar value) {
-    text += fmt::format("    {{{}, {:#x}U}},\n", nlo::codegen::literal(value), std::bit_cast<Bits>(value) ^ spoil);
-    spoil = 0;
+    text += fmt::format("    {{{}, {:#x}U}},\n", nlo::codegen::literal(value), std::bit_cast<Bits>(value) ^ corrupt);
+    corrupt = 0;
   };
   for (const Scalar edge : {Scalar(0), Limits::denorm_min(), Limits::min(), std::nextafter(Limits::min(), Scalar(0)),
                             Limits::max(), Limits::epsilon(), Scalar(0.1), Scalar(16777217)}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wrong input, one row each: the exit code, the words that the message must have, and no file made or changed.
+// Wrong input, one row each: the exit code and the words of the message, and no file may be made or changed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ struct BadInput {
   std::vector<std::string> arguments;
   int exit_code;
   std::string message;
-  std::string file = {}, text = {};  ///< a file to write first, over the fixture's file of that name
+  std::string file = {}, text = {};  ///< a file to write first; it replaces the fixture's file of that name
 
   friend void PrintTo(const BadInput& row, std::ostream* out) { *out << row.name; }
 };
@@ -79,7 +79,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("BoxScaleIsZero", {"evaluate", "model.json", "--box-scale", "0"}, "--box-scale"),
       usage("BoxScaleIsNan", {"evaluate", "model.json", "--box-scale", "nan"}, "--box-scale"),
       usage("UnknownNoise", {"evaluate", "model.json", "--noise", "gausian:1"},
-            "noise \"gausian:1\" is of no known kind"),
+            "noise \"gausian:1\" is of an unknown kind"),
       usage("NoiseWithoutScale", {"evaluate", "model.json", "--noise", "uniform"}, "has no scale"),
       usage("NoiseIsNan", {"simulate", "tiny.toml", "-o", "x.csv", "--noise", "gaussian:nan"}, "not a number"),
       usage("DelayIsTheWrongWayRound", {"evaluate", "model.json", "--noise", "none+delay:3:1"},
@@ -109,7 +109,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("MissingColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "no.toml"}, "no.toml"),
       usage("ColumnsWithoutLogs", {"evaluate", "model.json", "--columns", "no.toml"}, "--data FILE..."),
       usage("NoTableOfColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "tiny.toml"},
-            "tiny.toml:3: \"plant\" has no use in a table of columns"),
+            "tiny.toml:3: \"plant\" has no use in a file of columns"),
       usage("ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
             "--set observer.hold=rk4: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed"),
       usage("ChangedPlantOfNoSuchParameter", {"evaluate", "model.json", "--set", "plant.parameters.nu=1.2"},
@@ -133,7 +133,8 @@ const std::vector<BadInput>& bad_inputs() {
       usage("NoModelToCertify", {"certify"}, "MODEL is required"),
       usage("CertifyWithoutAGap", {"certify", "model.json", "--gap", "0"}, "--gap: Value 0 not in range"),
       usage("CertifyAnUnknownState", {"certify", "model.json", "--box", "q=-1:1"}, "the model has no state \"q\""),
-      usage("CertifyAnEmptyRange", {"certify", "model.json", "--box", "x1=1:1"}, "does not go from less to more"),
+      usage("CertifyAnEmptyRange", {"certify", "model.json", "--box", "x1=1:1"},
+            "does not go from a smaller to a larger number"),
       usage("CertifyHalfABox", {"certify", "model.json", "--box", "x1=-1:1"}, "x2 has no range"),
       usage("CertifyWithGaussianNoise", {"certify", "model.json", "--noise", "gaussian:0.5"},
             "this noise has no bound, and the bound is about bounded noise; write uniform:0.866"),
@@ -162,7 +163,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("OutputBelowAFile", {"train", "tiny.toml", "-o", "tiny.toml/x"}, "tiny.toml is a file"),
       usage("OutputDirectoryCannotBeMade", {"train", "tiny.toml", "-o", std::string(300, 'x')},
             "cannot make the directory", 1),
-      usage("AnotherExperimentsModel", {"train", "tiny.toml", "-o", "taken"}, "holds the model of another experiment"),
+      usage("AnotherExperimentsModel", {"train", "tiny.toml", "-o", "used"}, "holds the model of another experiment"),
       usage("NotAModelInTheWay", {"train", "tiny.toml", "-o", "strange"}, "--force"),
       usage("ModelWithoutACheckpoint", {"train", "tiny.toml", "-o", "bare", "--resume"}, "no such file to resume from"),
       {"DamagedCheckpoint",
@@ -237,7 +238,7 @@ const std::vector<BadInput>& bad_inputs() {
   return kRows;
 }
 
-/// Everything that rows refer to, made once: training takes most of the time.
+/// All files that the rows refer to, made once, because training takes most of the time.
 class BadInputs : public testing::TestWithParam<BadInput> {
  protected:
   static void SetUpTestSuite() {
@@ -253,7 +254,7 @@ class BadInputs : public testing::TestWithParam<BadInput> {
     ASSERT_EQ(logs.exit_code, 0) << logs.err;
     made_->write("model.json", made_->read("plant_run/model.json"));
     made_->write("log_model.json", made_->read("log_run/model.json"));
-    made_->write("taken/model.json", made_->read("log_run/model.json"));
+    made_->write("used/model.json", made_->read("log_run/model.json"));
     made_->write("bare/model.json", made_->read("model.json"));
   }
   static void TearDownTestSuite() {
@@ -264,7 +265,7 @@ class BadInputs : public testing::TestWithParam<BadInput> {
 };
 Scratch* BadInputs::made_ = nullptr;
 
-TEST_P(BadInputs, IsRefusedWithTheRemedyAndLeavesNoTrace) {
+TEST_P(BadInputs, IsRefusedWithTheRemedyAndChangesNoFile) {
   const BadInput& row = GetParam();
   const Scratch scratch;
   for (const auto& [file, text] : made_->contents())
@@ -275,7 +276,7 @@ TEST_P(BadInputs, IsRefusedWithTheRemedyAndLeavesNoTrace) {
   EXPECT_EQ(result.exit_code, row.exit_code) << result.err;
   EXPECT_THAT(result.err, HasSubstr("nlo: error: "));
   EXPECT_THAT(result.err, HasSubstr(row.message));
-  EXPECT_LE(result.err.size(), 2000u) << "a message is read by a person";
+  EXPECT_LE(result.err.size(), 2000u) << "a message must be short enough to read";
   EXPECT_EQ(result.out, "");
   EXPECT_TRUE(scratch.contents() == before) << "a file was made or changed";
 }
@@ -283,7 +284,7 @@ TEST_P(BadInputs, IsRefusedWithTheRemedyAndLeavesNoTrace) {
 INSTANTIATE_TEST_SUITE_P(Table, BadInputs, testing::ValuesIn(bad_inputs()),
                          [](const auto& row) { return row.param.name; });
 
-TEST(BadInputTable, HasAsManyRowsAsPromised) {
+TEST(BadInputTable, HasAtLeastFortyFiveRows) {
   EXPECT_GE(bad_inputs().size(), 45u);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Help, and the commands that the pages for users name. tests/properties/pages.py follows the links of the pages.
+// Help texts, and the commands that pages for users contain. tests/properties/pages.py checks the links of the pages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(Help, IsAsWideAsTheTerminal) {
   EXPECT_GT(longest("160"), 120U) << "control: a wide terminal is used";
 }
 
-TEST(Help, SaysRangesAndChoicesInWords) {
+TEST(Help, StatesRangesAndChoicesInWords) {
   const Scratch scratch;
   const std::string help = scratch.run({"evaluate", "--help"}).out;
   EXPECT_THAT(help, HasSubstr("--trajectories INT=200 "));
@@ -65,7 +65,7 @@ std::string between(const std::string& text, const std::string& from, const std:
   return end == std::string::npos ? "" : text.substr(start + from.size(), end - start - from.size());
 }
 
-TEST(Docs, TheWorkedChoiceTrainsWithEachOfItsSettings) {
+TEST(Docs, EachSettingOfTheWorkedExampleTrains) {
   const std::string text = page("docs/choosing.md");
   const Scratch scratch;
   const std::string experiment = between(text, "```toml\nname", "```");
@@ -85,7 +85,7 @@ TEST(Docs, TheWorkedChoiceTrainsWithEachOfItsSettings) {
     EXPECT_EQ(run.exit_code, 0) << row << "\n" << run.err;
     ++rows;
   }
-  EXPECT_GE(rows, 10) << "the table was not understood";
+  EXPECT_GE(rows, 10) << "the test did not find the rows of the table";
 }
 
 }  // namespace

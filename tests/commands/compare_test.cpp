@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate --conditions as a user runs it.
+// nlo evaluate --conditions, run as a user does.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ class CompareCommand : public testing::Test {
 TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
   const Json one = figures({"--threads", "1"});
   EXPECT_EQ(one, figures({"--threads", "3"}));
-  EXPECT_NE(one, figures({"--threads", "1", "--seed", "2"})) << "control: the seed counts";
+  EXPECT_NE(one, figures({"--threads", "1", "--seed", "2"})) << "control: the figures depend on the seed";
   EXPECT_EQ(one["conditions"].size(), 2u);
   for (const auto& condition : one["conditions"])
     for (const char* name : {"observer", "ekf", "ekf_tuned", "ukf", "joint_ekf", "mhe_tuned", "high_gain", "particle"})
@@ -58,7 +58,7 @@ TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
   EXPECT_LE(one["conditions"]["wrong"]["columns"]["particle"]["worst"]["seed"], 2);
 }
 
-TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
+TEST_F(CompareCommand, TestsOnTheSameRunsAsEvaluate) {
   const std::string all = "ekf,ukf,static_ridge,constant,ridge";
   double before = 0.0;
   for (const std::vector<std::string>& changed :
@@ -72,19 +72,19 @@ TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
     const ProgramResult evaluated = scratch.ok(evaluate);
     const Json evaluation = Json::parse(evaluated.out)[0], columns = figures(compare)["conditions"]["noise"]["columns"];
     EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
-    // Another form of the same filters: rounding, and differences over another width.
+    // The same filters in another implementation: rounding, and finite differences with another step.
     const auto norm = [&](const char* name) { return evaluation["against"][name]["norm"].get<double>(); };
     for (const char* filter : {"ekf", "ukf"}) EXPECT_NEAR(columns[filter]["norm"], norm(filter), 1e-5) << filter;
     for (const char* simple : {"static_ridge", "constant", "ridge"})
       EXPECT_NEAR(columns[simple]["norm"], norm(simple), 1e-9) << simple;
-    EXPECT_GT(std::abs(norm("ekf") - norm("ukf")), 1e-4) << "control: they are two filters";
+    EXPECT_GT(std::abs(norm("ekf") - norm("ukf")), 1e-4) << "control: the two filters differ";
     EXPECT_NE(norm("ekf"), before) << "control: --set changes the runs";
     before = norm("ekf");
     EXPECT_FALSE(columns.contains("ekf_tuned"));
   }
 }
 
-TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
+TEST_F(CompareCommand, WritesASelfContainedPage) {
   const ProgramResult result = scratch.ok({"evaluate", "run/model.json", "--conditions", "mine.toml", "--quick",
                                            "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
   EXPECT_THAT(result.out, HasSubstr("observer"));
@@ -95,11 +95,11 @@ TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
   EXPECT_THAT(page, HasSubstr("EKF, tuned"));
   EXPECT_THAT(page, HasSubstr("N(0, 0.5) + 10 % outliers to 5, mu = 1.2"));
   for (const char* outside : {"src=", "<script", "<link", "@import", "url("})
-    EXPECT_THAT(page, Not(HasSubstr(outside))) << "it is to be read without a network";
+    EXPECT_THAT(page, Not(HasSubstr(outside))) << "the page must not need a network";
   EXPECT_TRUE(Json::parse(scratch.read("out/compare.json"))["conditions"].contains("wrong"));
 }
 
-TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
+TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeItRunsThem) {
   scratch.write("bad.toml", "[[condition]]\nname = \"a\"\nparameters = { mi = 2 }\n");
   const auto refusal = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"evaluate", "run/model.json", "-o", "out"};
@@ -129,7 +129,7 @@ TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeAnythingRuns) {
               HasSubstr("other/model.json: has another plant than run/model.json"));
 }
 
-TEST_F(CompareCommand, LeavesOutAnImpossibleConditionOfASetForAnyPlant) {
+TEST_F(CompareCommand, LeavesOutAConditionThatDoesNotFitThePlantOnlyInTheDefaultSet) {
   const std::string both = "[[condition]]\nname = \"near\"\n[[condition]]\nname = \"far\"\nbox_scale = 1e6\n";
   const std::vector<std::string> rest = {"--quick", "--against", "ekf", "--trajectories", "1", "--json"};
   std::vector<std::string> arguments = {"evaluate", "run/model.json", "--conditions", "any.toml"};
@@ -139,12 +139,12 @@ TEST_F(CompareCommand, LeavesOutAnImpossibleConditionOfASetForAnyPlant) {
   EXPECT_EQ(json["conditions"].size(), 1u);
   ASSERT_EQ(json["impossible"].size(), 1u);
   EXPECT_THAT(json["impossible"][0].get<std::string>(), StartsWith("far: "));
-  // In a set of one's own it is an error.
+  // In a condition set of the user it is an error.
   scratch.write("any.toml", both);
   EXPECT_THAT(scratch.run(arguments).exit_code, 1);
 }
 
-TEST_F(CompareCommand, IsTheOldNameThatSaysTheNewOne) {
+TEST_F(CompareCommand, OldNameWorksAndNamesTheNewCommand) {
   const std::vector<std::string> rest = {
       "run/model.json", "--conditions", "mine.toml", "--seeds", "1", "--no-tuning", "--trajectories", "1",
       "--json",         "--against",    "ekf"};
@@ -157,7 +157,7 @@ TEST_F(CompareCommand, IsTheOldNameThatSaysTheNewOne) {
   EXPECT_THAT(old.err, HasSubstr("nlo compare is now nlo evaluate --conditions default"));
 }
 
-TEST_F(CompareCommand, StopsOnInterruptAndLeavesNothing) {
+TEST_F(CompareCommand, StopsOnInterruptAndLeavesNoFiles) {
   const ProgramResult result = scratch.run(
       {"evaluate", "run/model.json", "--conditions", "default", "--seeds", "200", "--threads", "1", "-o", "out"},
       " %: ");

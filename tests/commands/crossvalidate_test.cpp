@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The program leaves logs out of the training, one by one or in groups. The program finds the parameters of a plant
-// from logs.
+// nlo crossvalidate leaves logs out of the training, one by one or in groups. nlo identify finds the parameters of a
+// plant from logs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST_F(Crossvalidate, LeavesEachLogOutOnceAndTrainsOnTheOthers) {
   EXPECT_EQ(scratch_.contents(), before) << "it writes nothing";
 }
 
-TEST_F(Crossvalidate, AGroupIsLeftOutTogetherBySeveralSeeds) {
+TEST_F(Crossvalidate, LeavesOutGroupsAndTrainsWithSeveralSeeds) {
   const nlohmann::json outcomes = run({"--group", "^(day[0-9])", "--seeds", "2"});
   ASSERT_EQ(outcomes.size(), 4u);
   EXPECT_EQ(outcomes[0]["left_out"], "day1");
@@ -59,7 +59,7 @@ TEST_F(Crossvalidate, AGroupIsLeftOutTogetherBySeveralSeeds) {
   EXPECT_THAT(table.out, HasSubstr("deviation over folds"));
 }
 
-TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
+TEST_F(Crossvalidate, ALearningCurveTrainsOnTheGivenNumbersOfLogs) {
   const nlohmann::json outcomes = run({"--logs", "1,3"});
   ASSERT_EQ(outcomes.size(), 8u);
   for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(outcomes[i]["training_logs"], i < 4 ? 1 : 3);
@@ -67,7 +67,7 @@ TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
               HasSubstr("training logs"));
 }
 
-TEST_F(Crossvalidate, AfterAnInterruptionTrainsTheRestAndReachesTheSameFigures) {
+TEST_F(Crossvalidate, ContinuesAfterAnInterruptionToTheSameFigures) {
   scratch_.write("tiny.toml", with(scratch_.read("tiny.toml"), "steps = 20", "steps = 3000"));
   const std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs", "--threads", "1",
                                               "--json",        "-o",        "kept it"};
@@ -85,18 +85,18 @@ TEST_F(Crossvalidate, AfterAnInterruptionTrainsTheRestAndReachesTheSameFigures) 
       EXPECT_EQ(scratch_.read(file), text);
     }
   EXPECT_GE(models, 1);
-  EXPECT_LT(models, 4) << "control: it was stopped before its end";
+  EXPECT_LT(models, 4) << "control: it was interrupted before its end";
   const auto after = scratch_.contents();
   EXPECT_EQ(scratch_.run(arguments).out, resumed.out);
   EXPECT_EQ(scratch_.contents(), after) << "nothing is trained again";
-  // Another log is other data.
+  // Another log is other data, so nothing is reused.
   scratch_.write("logs/day1_a.csv", tiny_log(0.1));
   EXPECT_NE(scratch_.run(arguments).out, resumed.out);
   EXPECT_GT(scratch_.contents().size(), after.size());
 }
 
-/// Before, 40 letters took longer than the age of the rig.
-TEST_F(Crossvalidate, NoPatternTakesForEver) {
+/// Such patterns took hours before they were refused.
+TEST_F(Crossvalidate, RefusesPatternsThatTakeTooLong) {
   for (const char* last : {"1.csv", "2.csv"}) scratch_.write("long/day" + std::string(100, 'a') + last, tiny_log());
   for (const char* pattern : {"^day(a+)+$", "^day(a|a)*$", "^day(a|aa)+$", "(a*)*b", "(.*a){20}x"}) {
     const auto begin = std::chrono::steady_clock::now();
@@ -107,7 +107,7 @@ TEST_F(Crossvalidate, NoPatternTakesForEver) {
   }
 }
 
-TEST_F(Crossvalidate, FoldsWithoutTrainingLogsAreRefusedBeforeAnythingIsTrained) {
+TEST_F(Crossvalidate, RefusesFoldsWithoutTrainingLogsBeforeTraining) {
   const auto error = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -139,12 +139,12 @@ class Identify : public testing::Test {
   Scratch scratch_;
 };
 
-TEST_F(Identify, FindsThePendulumAndItsFiltersBeatEstimatorsWithoutAPlant) {
+TEST_F(Identify, FindsTheParametersAndItsFiltersBeatEstimatorsWithoutAPlant) {
   const ProgramResult result = run({"--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const auto said = nlohmann::json::parse(result.out);
   EXPECT_EQ(said, nlohmann::json::parse(scratch_.read("out/identified.json")));
-  const auto score = [&](const char* name, double truth) {  // in standard errors
+  const auto score = [&](const char* name, double truth) {  // deviation in standard errors
     const auto& p = said["parameters"][name];
     return (p["value"].get<double>() - truth) / p["standard_error"].get<double>();
   };
@@ -159,17 +159,17 @@ TEST_F(Identify, FindsThePendulumAndItsFiltersBeatEstimatorsWithoutAPlant) {
       EXPECT_LT(rmse(filter), 0.7 * rmse(other)) << filter << " " << other;
 }
 
-TEST_F(Identify, PrintsTablesAndWritesTheSameAgain) {
+TEST_F(Identify, PrintsTablesAndGivesTheSameFilesAgain) {
   const ProgramResult first = run({"--no-filters", "--threads", "1"});
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_THAT(first.out, HasSubstr("standard error"));
   EXPECT_THAT(first.out, HasSubstr("written: out/identified.json"));
   const std::string written = scratch_.read("out/identified.json");
-  ASSERT_EQ(run({"--no-filters", "--threads", "3"}).exit_code, 0) << "its own result is replaced";
+  ASSERT_EQ(run({"--no-filters", "--threads", "3"}).exit_code, 0) << "it may replace its own result";
   EXPECT_EQ(scratch_.read("out/identified.json"), written);
 }
 
-TEST_F(Identify, WritesAnExperimentWithAPriorThatTrainsAtOnce) {
+TEST_F(Identify, WritesAnExperimentWithAPriorThatTrainsUnchanged) {
   const ProgramResult found = run({"--no-filters"});
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_THAT(found.out, HasSubstr("nlo train out/prior.toml --data " + kPendulumFolder));
@@ -179,9 +179,10 @@ TEST_F(Identify, WritesAnExperimentWithAPriorThatTrainsAtOnce) {
   const auto errors = nlohmann::json::parse(
       scratch_.run({"evaluate", "trained/model.json", "--data", kPendulumFolder + "/test.csv", "--json"}).out);
   const nlohmann::json& rate = errors.at(0).at("per_state").at(2);
-  ASSERT_EQ(rate.at("name"), "rate") << "behind the sine and the cosine of the angle";
+  ASSERT_EQ(rate.at("name"), "rate") << "the state after sine and cosine of the angle";
   const auto observer = rate.at("rmse").at("all").get<double>();
-  EXPECT_LT(observer, 0.7 * rate.at("against").at("polynomial").at("all").get<double>()) << "a tuned Kalman filter";
+  EXPECT_LT(observer, 0.7 * rate.at("against").at("polynomial").at("all").get<double>())
+      << "a tuned Kalman filter is better";
 }
 
 TEST_F(Identify, KeepsAnExperimentThatAUserHasEdited) {
@@ -200,7 +201,7 @@ TEST_F(Identify, SaysWhyAPlantHasNoObserverWithAPrior) {
     EXPECT_FALSE(scratch_.has("out/prior.toml"));
     return result.out;
   };
-  // "bend" is in no column; 1 - rate^2 / 400 is 0 within the range of the rate.
+  // No column holds "bend"; 1 - rate^2 / 400 is 0 within the range of the rate.
   EXPECT_THAT(reason({"--set", "plant.states=[\"angle\", \"rate\", \"bend\"]", "--set",
                       "plant.derivative=[\"rate\", \"-w2 * sin(angle) - c * rate + bend\", \"-bend\"]", "--set",
                       "identify.initial_state=[0.0, 0.0, 0.0]", "--set", "identify.initial_deviation=[1.0, 10.0, 0.1]",
@@ -211,7 +212,7 @@ TEST_F(Identify, SaysWhyAPlantHasNoObserverWithAPrior) {
               HasSubstr("equations.derivative[2] has no bound"));
 }
 
-TEST_F(Identify, DoesNotReplaceFilesOfOthers) {
+TEST_F(Identify, DoesNotReplaceFilesThatItDidNotWrite) {
   scratch_.write("out/identified.json", "{\"identification\": \"other\"}");
   const ProgramResult refused = run({"--no-filters"});
   EXPECT_EQ(refused.exit_code, 2);

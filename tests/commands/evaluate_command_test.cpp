@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate on plants and on logs, as a user runs it. nlo monitor as a user runs it: on a plant, on logs, a second
-// time, and in the exported header.
+// nlo evaluate on plants and on logs, and nlo monitor on a plant, on logs, a second time and in the exported header,
+// both run as a user does.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,13 +37,13 @@ TEST(Evaluate, ManyTestSetsAndTrainingSeedsHaveStandardErrors) {
     EXPECT_GT(noise["standard_error"]["over_training_seeds"]["norm"].get<double>(), 0.0);
     EXPECT_TRUE(noise["against"].contains("constant") && noise["against"].contains("ridge"));
   }
-  // The mean over seeds 4 to 6 is that of three single tests.
+  // The mean over seeds 4 to 6 equals that of three separate tests.
   double sum = 0.0;
   for (const char* seed : {"4", "5", "6"}) sum += run({"--seed", seed})[0]["norm"].get<double>();
   EXPECT_NEAR(run({"--seeds", "3", "--seed", "4"})[0]["norm"].get<double>(), sum / 3.0, 1e-12);
 }
 
-TEST(Evaluate, AChangedPlantIsKnownToTheTrueFilterAlone) {
+TEST(Evaluate, OnlyTheTrueFilterKnowsAChangedPlant) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q", "-o", "a"});
@@ -55,7 +55,7 @@ TEST(Evaluate, AChangedPlantIsKnownToTheTrueFilterAlone) {
   EXPECT_GT(result["against"]["ekf"]["norm"].get<double>(), 2.0 * result["against"]["ekf_true"]["norm"].get<double>());
 }
 
-TEST(Evaluate, APlantsModelCanBeEvaluatedOnLogs) {
+TEST(Evaluate, EvaluatesAModelOfAPlantOnLogs) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q", "-o", "a"});
@@ -107,12 +107,13 @@ TEST(Evaluate, ReadsTheFileThatNewLogWritesAsATableOfColumns) {
   EXPECT_EQ(nlohmann::json::parse(read.out)[0]["samples"], 300);
 
   scratch.write("open.csv", with(text, "Y [cm];V [m/s]", "P [cm];Q [m/s]"));
-  scratch.ok({"new", "log", "open.csv", "-o", "open.toml"});  // control: open roles are refused by their line
+  // Control: open roles are refused, and the error names their line.
+  scratch.ok({"new", "log", "open.csv", "-o", "open.toml"});
   EXPECT_THAT(scratch.run({"evaluate", "a/model.json", "--data", "open.csv", "--columns", "open.toml"}).err,
               AllOf(HasSubstr("open.toml:"), HasSubstr("role is still CHOOSE")));
 }
 
-TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefused) {
+TEST(Evaluate, ConvertsColumnsToTheUnitsOfTheModelAndRefusesOtherKinds) {
   const Scratch scratch;
   std::string metres, centimetres = "time,y\n";
   metres = tiny_log(0.0);
@@ -150,7 +151,7 @@ TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefuse
   EXPECT_THAT(unknown.out, HasSubstr("the table of units does not have both"));
 }
 
-TEST(Evaluate, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
+TEST(Evaluate, UsesValidationLogsWithoutTestLogsAndSaysSo) {
   const Scratch scratch;
   scratch.write("logs/a.csv", tiny_log(0.0));
   scratch.write("logs/b.csv", tiny_log(1.0));
@@ -172,7 +173,7 @@ TEST(Evaluate, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
   }
 }
 
-TEST(Evaluate, EvaluateSaysWhichLogsTrainedTheModelAndWhichHaveAnotherClock) {
+TEST(Evaluate, NamesLogsThatTrainedTheModelAndLogsWithAnotherClock) {
   const Scratch scratch;
   scratch.write("log.toml", kTinyLogExperiment);
   scratch.write("logs/a.csv", tiny_log(0.0, 400));
@@ -191,7 +192,7 @@ TEST(Evaluate, EvaluateSaysWhichLogsTrainedTheModelAndWhichHaveAnotherClock) {
   EXPECT_THAT(evaluate("half.csv", half), HasSubstr("regular at 0.02 s, and the nominal sample period is 0.01 s"));
 }
 
-TEST(Evaluate, ExcitesThePlantThatIsSimulatedAndEvaluated) {
+TEST(Evaluate, AppliesTheGivenInputInSimulationAndEvaluation) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const auto simulate = scratch.ok({"simulate", "tiny.toml", "--input", "1 + t", "-o", "run.csv"});
@@ -215,7 +216,7 @@ TEST(Evaluate, ExcitesThePlantThatIsSimulatedAndEvaluated) {
   EXPECT_LT(excited["against"]["ekf"]["norm"].get<double>(), 0.1) << "the EKF knows u";
 }
 
-TEST(MonitorCommand, AddsTheMonitorThatTheHeaderThenHas) {
+TEST(MonitorCommand, AddsAMonitorToTheModelAndItsHeader) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});
@@ -235,14 +236,14 @@ TEST(MonitorCommand, AddsTheMonitorThatTheHeaderThenHas) {
   EXPECT_EQ(block.err + block.out, "");
   EXPECT_THAT(scratch.read("block/tiny_sfun.c"), HasSubstr("tiny_watch("));
   EXPECT_EQ(scratch.run({"export", "new.json", "-q", "-o", "tiny.h"}).err, "");
-  // Made again from a model that has one it is the same.
+  // Made again from a model with a monitor, it is the same.
   scratch.ok({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"});
   const auto again = scratch.ok({"monitor", "run/model.json", "--hours", "0.05", "--runs", "0", "--threads", "1"});
   EXPECT_THAT(again.out, Not(HasSubstr("condition")));
   EXPECT_EQ(scratch.read("new.json"), scratch.read("run/model.json"));
 }
 
-TEST(MonitorCommand, OfALogModelIsMadeFromItsLogs) {
+TEST(MonitorCommand, MakesTheMonitorOfALogModelFromItsLogs) {
   const Scratch scratch;
   scratch.write("log.toml", kTinyLogExperiment);
   scratch.write("a.csv", tiny_log(0.0, 3000));

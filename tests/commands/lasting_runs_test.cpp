@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A run's folder survives a second program in it, a foreign checkpoint, and unusual names.
+// The folder of a run survives a second program in it, a checkpoint of another run, and unusual names.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Holds a folder's lock, as another program at work there does.
+/// Holds the lock of a folder, as another running program does.
 class AtWork {
  public:
   explicit AtWork(const std::string& folder) : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
@@ -35,7 +35,7 @@ class AtWork {
   int descriptor_;
 };
 
-TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNothing) {
+TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEnds) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q"});
@@ -49,18 +49,19 @@ TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNo
     }
     EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "runs/elsewhere"}).exit_code, 0);
   }
-  EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "--force"}).exit_code, 0) << "the lock ended with its holder";
+  EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "--force"}).exit_code, 0)
+      << "the lock ends with the program that holds it";
   for (const auto& [name, bytes] : before) EXPECT_TRUE(scratch.contents().count(name)) << name;
 }
 
-TEST(LastingRuns, AMonitorDoesNotReplaceATrainingThatEndedMeanwhile) {
+TEST(LastingRuns, AMonitorDoesNotReplaceAModelThatWasTrainedMeanwhile) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q"});
   const std::string file = scratch.path() + "/runs/tiny/model.json", model = codegen::read_file(file);
   std::atomic<bool> at_work{true};
   std::string last;
-  std::thread other([&] {  // another model every moment: that of a training, told apart by its blank lines
+  std::thread other([&] {  // a training that keeps writing other models, recognisable by their blank lines
     for (std::size_t lines = 1; at_work; ++lines) {
       codegen::write_file_atomically(file, last = model + std::string(lines % 1000, '\n'));
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -76,7 +77,7 @@ TEST(LastingRuns, AMonitorDoesNotReplaceATrainingThatEndedMeanwhile) {
   EXPECT_EQ(scratch.run({"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"}).exit_code, 0);
 }
 
-TEST(LastingRuns, AMonitorIsNotWrittenWhereATrainingIsAtWork) {
+TEST(LastingRuns, AMonitorIsNotWrittenDuringATraining) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q"});
@@ -87,7 +88,7 @@ TEST(LastingRuns, AMonitorIsNotWrittenWhereATrainingIsAtWork) {
   EXPECT_EQ(scratch.contents(), before);
 }
 
-TEST(LastingRuns, ACheckpointOfAnotherExperimentIsWrongInputAndStaysAsItIs) {
+TEST(LastingRuns, ACheckpointOfAnotherExperimentIsRefusedAndKept) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q"});
@@ -98,7 +99,7 @@ TEST(LastingRuns, ACheckpointOfAnotherExperimentIsWrongInputAndStaysAsItIs) {
   EXPECT_EQ(scratch.contents(), before);
 }
 
-TEST(LastingRuns, TheCommandThatGoesOnCanBeGivenToAShellAsItIsPrinted) {
+TEST(LastingRuns, ThePrintedCommandToContinueWorksInAShell) {
   const Scratch scratch;
   const std::string file = "my rig's $(touch hit).toml";
   scratch.write(file, kTinyExperiment);
@@ -109,7 +110,7 @@ TEST(LastingRuns, TheCommandThatGoesOnCanBeGivenToAShellAsItIsPrinted) {
   EXPECT_FALSE(scratch.has("hit"));
 }
 
-TEST(LastingRuns, NamesFromElsewhereSendNothingToTheTerminal) {
+TEST(LastingRuns, ControlCharactersInNamesDoNotReachTheTerminal) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q"});

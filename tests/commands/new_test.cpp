@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo new: its files can be read, and it reports its guesses. Experiments of users that leave out keys which a recipe
+// nlo new: its files are valid, and it reports its guesses. Experiments of users that leave out keys, which the recipe
 // derives.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A rig: stamps in ms, a wrapping angle, a command, the truth of its rate.
+/// A rig log: stamps in ms, an angle that wraps, a command, and the true rate.
 std::string rig_log(double phase = 0.0) {
   std::string text = "time_ms,arm_sensor [rad],motor_cmd,rate_true (rad/s)\n";
   for (int k = 0; k < 400; ++k) {
@@ -36,7 +36,7 @@ std::string rig_log(double phase = 0.0) {
   return text;
 }
 
-/// Lines that are a key or a section in a comment, as they are without it.
+/// Uncomments the lines that are a commented key or section.
 std::string with_examples(const std::string& text) {
   static const std::regex kExample(R"(^# (\[[a-z_]+\]|[a-z_]+ = .*)$)");
   std::istringstream lines(text);
@@ -47,7 +47,7 @@ std::string with_examples(const std::string& text) {
   return result;
 }
 
-TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
+TEST(NewPlant, IsAnExperimentThatTrainsUnchanged) {
   const Scratch scratch;
   const ProgramResult result = scratch.ok({"new", "plant", "-o", "swing.toml"});
   EXPECT_THAT(result.out, HasSubstr("nlo train swing.toml"));
@@ -55,15 +55,15 @@ TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
   EXPECT_THAT(text, AllOf(HasSubstr("name = \"swing\""), HasSubstr("# inputs = "), HasSubstr("# [feedback]")));
   const Experiment e = parse_draft(text, "swing.toml").experiment;
   EXPECT_EQ(e.plant->states.size(), 2U);
-  // With eigenvalues given nothing is left to derive, which takes its time; the tests of drafts below do that.
+  // With given eigenvalues nothing is derived, which would take long; the tests of drafts below derive.
   const ProgramResult train =
       scratch.ok({"train", "swing.toml", "--set", "observer.eigenvalues=[-3, -6, -9]", "--set", "training.steps=300",
                   "--set", "simulation.trajectories=20", "--set", "inverse_map.hidden=[8]", "-o", "run"});
-  EXPECT_THAT(train.err, Not(HasSubstr("warning:"))) << "its runs stay where they start";
+  EXPECT_THAT(train.err, Not(HasSubstr("warning:"))) << "its runs stay in the range of their initial states";
   EXPECT_EQ(scratch.run({"new", "plant", "-o", "-"}).out.substr(0, 20), text.substr(0, 20));
 }
 
-TEST(NewPlant, HasExamplesThatCanBeTaken) {
+TEST(NewPlant, HasCommentedExamplesThatAreValid) {
   const Scratch scratch;
   scratch.ok({"new", "plant"});
   const std::string all =
@@ -88,7 +88,7 @@ TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
   EXPECT_EQ(e.name, "rig");
   const LogSplits splits = load_log_splits(*e.log, scratch.path() + "/logs");
   EXPECT_NEAR(splits.train.sample_period_s, 0.01, 1e-9);
-  ASSERT_EQ(splits.train.outputs.size(), 2U) << "an angle that wraps is sine and cosine";
+  ASSERT_EQ(splits.train.outputs.size(), 2U) << "an angle that wraps becomes sine and cosine";
   EXPECT_EQ(splits.train.outputs[0].name, "arm_sensor_sin");
   ASSERT_EQ(splits.train.states.size(), 1U);
   EXPECT_EQ(splits.train.states[0].name, "rate_true");
@@ -98,7 +98,7 @@ TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
   EXPECT_EQ(splits.test.trajectories.size(), 1U);
 }
 
-TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
+TEST(NewLog, AsksForRolesThatNumbersDoNotShow) {
   const Scratch scratch;
   std::string text = "t,position,velocity\n";
   for (int k = 0; k < 100; ++k)
@@ -108,7 +108,7 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
   const ProgramResult open = scratch.ok({"new", "log", "a.csv"});
   EXPECT_THAT(open.out, HasSubstr("nlo new log a.csv --force --outputs A,B --inputs C --states D,E"));
   EXPECT_THAT(scratch.read("log.toml"), HasSubstr("# CHOOSE its role"));
-  // A choice that is left open is an error, which names key and line.
+  // A role that is left open is an error, which names key and line.
   EXPECT_THAT(scratch.run({"train", "log.toml", "--data", "."}).err,
               AllOf(HasSubstr("log.toml:"), HasSubstr("[[log.columns]] role is still CHOOSE: choose it (")));
 
@@ -121,9 +121,9 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
   ASSERT_EQ(splits.train.states.size(), 2U);
 }
 
-TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
+TEST(NewLog, AddsAProductOfChannelsIfItHelpsOnLeftOutLogs) {
   const Scratch scratch;
-  for (int log = 0; log < 6; ++log) {  // four of them train
+  for (int log = 0; log < 6; ++log) {  // four of them are training logs
     std::string text = "t,gyro,speed,x\n";
     for (int k = 0; k < 300; ++k) {
       const double t = 0.05 * k + 11.0 * log, gyro = std::sin(0.9 * t), speed = 2.0 + std::cos(0.53 * t);
@@ -140,7 +140,7 @@ TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
   EXPECT_EQ(splits.train.outputs[2].expression, "gyro * speed");
 }
 
-TEST(NewLog, WritesTheCellsThatStandForNoValueSoThatTheyLoadAsMissing) {
+TEST(NewLog, WritesMissingForCellsThatMeanNoValue) {
   const Scratch scratch;
   std::string text = "t,gyro,x_true\n";
   for (int k = 0; k < 300; ++k)
@@ -171,12 +171,13 @@ TEST(NewLog, SaysWhyItProposesAWrapThatNoLogCrosses) {
   const std::string written = scratch.read("log.toml");
   EXPECT_THAT(written, AllOf(HasSubstr("wrap = 360                      # CHECK: no log jumps"),
                              HasSubstr("encoding = \"sincos\"")));
-  EXPECT_EQ(written.find("wrap = "), written.rfind("wrap = ")) << "control: a command may have ends";
+  EXPECT_EQ(written.find("wrap = "), written.rfind("wrap = "))
+      << "control: no wrap for a command, which may have limits";
   const Experiment e = parse_draft(written, "log.toml").experiment;
   EXPECT_EQ(load_log_splits(*e.log, scratch.path()).train.outputs[0].name, "yaw_sensor_sin");
 }
 
-/// `rows` rows of a clock, two sensors and two states in 36 bytes each.
+/// `rows` rows of a clock, two sensors and two states, 36 bytes each.
 std::string long_log(int rows, double phase) {
   std::string text = "time,y1_sensor,y2_sensor,x1,x2\n";
   char row[80];
@@ -189,13 +190,13 @@ std::string long_log(int rows, double phase) {
   return text;
 }
 
-TEST(NewLog, TakesAtMostFourTimesTheSizeOfLongLogs) {
+TEST(NewLog, UsesAtMostFourTimesTheSizeOfLongLogsInMemory) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer keeps what is freed";
+  GTEST_SKIP() << "a sanitizer keeps freed memory";
 #endif
   const Scratch scratch;
   const auto peak_mb = [&](const std::string& folder, int rows) {
-    for (int i = 0; i < 3; ++i)  // three logs, so that products are searched, too
+    for (int i = 0; i < 3; ++i)  // three logs, so that products are searched as well
       scratch.write(folder + "/run" + std::to_string(i) + ".csv", long_log(rows, i));
     return scratch.ok({"new", "log", folder + "/run*.csv", "-o", folder + ".toml"}).peak_mb;
   };
@@ -206,7 +207,7 @@ TEST(NewLog, TakesAtMostFourTimesTheSizeOfLongLogs) {
   EXPECT_LT(large_mb - small_mb, 4.0 * files_mb);
 }
 
-TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
+TEST(NewLog, AcceptsHeadingsThatAreNotIdentifiersOrHoldQuotes) {
   const Scratch scratch;
   std::string text = "t;\"2nd \"\"gyro\"\"\";\\true\\;while\n";
   for (int k = 0; k < 50; ++k) {
@@ -222,7 +223,7 @@ TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
   EXPECT_EQ(splits.train.trajectories[0].samples(), 50);
 }
 
-TEST(NewFile, IsNeverWrittenOverAnotherUnlessForced) {
+TEST(NewFile, NeverReplacesAFileUnlessForced) {
   const Scratch scratch;
   scratch.write("plant.toml", "mine");
   EXPECT_THAT(scratch.refusal(2, {"new", "plant"}),
@@ -270,7 +271,7 @@ TEST(DraftProgram, IsQuietWhenAsked) {
   EXPECT_EQ(scratch.run({"train", "draft.toml", "-q"}).err, "");
 }
 
-TEST(DraftProgram, SimulatesWithoutAnObserver) {
+TEST(DraftProgram, SimulatesADraftWithoutDerivingAnObserver) {
   const Scratch scratch;
   scratch.write("draft.toml", draft());
   EXPECT_EQ(scratch.run({"simulate", "draft.toml", "-o", "run.csv"}).exit_code, 0);
@@ -283,7 +284,7 @@ TEST(DraftProgram, DerivesFromLogs) {
   double phase = 0.0;
   for (const char* file : {"a.csv", "b.csv", "c.csv"}) scratch.write(std::string("logs/") + file, tiny_log(phase++));
   const auto train = scratch.run({"train", "draft.toml", "--data", "logs", "--set", "training.steps=20", "-o", "r"});
-  EXPECT_NE(train.exit_code, 2) << train.err;  // 1: so few steps need not gain anything
+  EXPECT_NE(train.exit_code, 2) << train.err;  // may be 1: so few steps need not improve the model
   EXPECT_THAT(scratch.read("r/derived.toml"), AllOf(HasSubstr("learn_eigenvalues = false"), HasSubstr("clocks_s = [")));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs the commands one after the other, as a user would.
+// Runs the commands one after the other, as a user does.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-TEST(Program, SaysItsVersionAndHelpsWithExamples) {
+TEST(Program, PrintsItsVersionAndHelpWithExamples) {
   const Scratch scratch;
   EXPECT_THAT(scratch.run({"--version"}).out, StartsWith("nlo "));
   EXPECT_EQ(scratch.run({"-V"}).out, scratch.run({"--version"}).out);
@@ -42,7 +42,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
 
   const auto json = scratch.ok({"evaluate", "runs/tiny/model.json", "--noise", "gaussian:0.5", "--seed", "5",
                                 "--box-scale", "2", "--trajectories", "7", "--json"});
-  ASSERT_EQ(nlohmann::json::parse(json.out).size(), 1U) << "one noise: an array of one";
+  ASSERT_EQ(nlohmann::json::parse(json.out).size(), 1U) << "one noise gives an array with one element";
   const auto result = nlohmann::json::parse(json.out)[0];
   for (const char* key : {"norm", "nrmse", "settled", "per_component", "settling_time_s", "seed", "noise"})
     EXPECT_TRUE(result.contains(key)) << key;
@@ -90,7 +90,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
     std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
     if (folder == "simplefoc_tiny") command.insert(command.end(), {"--roles", "angle=none,velocity=x2"});
     EXPECT_EQ(scratch.run(command).exit_code, 0);
-    EXPECT_EQ(scratch.run(command).exit_code, 0) << "its own folder is not replaced";
+    EXPECT_EQ(scratch.run(command).exit_code, 0) << "a folder that it wrote itself must be replaceable";
     scratch.write(folder + "/mine.txt", "mine");
     EXPECT_THAT(scratch.refusal(2, command), HasSubstr("mine.txt: was added or changed"));
     EXPECT_EQ(scratch.read(folder + "/mine.txt"), "mine");
@@ -129,7 +129,7 @@ TEST(Program, TheSameSeedGivesTheSameModelForAnyNumberOfThreads) {
   EXPECT_FALSE(scratch.read("a/model.json") == scratch.read("c/model.json"));
 }
 
-TEST(Program, ReplacesItsOwnModelAndWithForceAnothers) {
+TEST(Program, ReplacesItsOwnModelAndOthersOnlyWithForce) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.write("other.toml", with(kTinyExperiment, "\"tiny\"", "\"other\""));
@@ -139,7 +139,7 @@ TEST(Program, ReplacesItsOwnModelAndWithForceAnothers) {
   EXPECT_EQ(scratch.run({"train", "other.toml", "-o", "a", "-q", "--force"}).exit_code, 0);
 }
 
-TEST(Program, AnInterruptedRunGoesOnToTheSameModel) {
+TEST(Program, AnInterruptedRunContinuesToTheSameModel) {
   const Scratch scratch;
   scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 6000"));
   const auto interrupted = scratch.run({"train", "tiny.toml", "-o", "a"}, "step 600 of");
@@ -167,10 +167,10 @@ TEST(Program, AFinishedRunIsResumedWithMoreSteps) {
   EXPECT_NE(fewer.exit_code, 0);
   EXPECT_THAT(fewer.err, HasSubstr("40 steps are done and training.steps asks for 30"));
   const auto other = with_steps("training.learning_rate=0.5");
-  EXPECT_NE(other.exit_code, 0) << "control: all else makes it another run";
+  EXPECT_NE(other.exit_code, 0) << "control: any other change makes it another run";
 }
 
-TEST(Program, ATrainingThatGotNowhereFailsAndKeepsItsModel) {
+TEST(Program, ATrainingWithoutProgressFailsAndKeepsItsModel) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const std::string run = scratch.refusal(1, {"train", "tiny.toml", "-o", "a", "-q", "--set",
@@ -194,7 +194,7 @@ TEST(Program, ATrainingWhoseClosedFormIsBestSucceedsAndSaysSo) {
               HasSubstr("already done"));
 }
 
-TEST(Program, ADivergingRunSaysWhatToTryAndKeepsTheLastGoodModel) {
+TEST(Program, ADivergingRunSaysWhatToTryAndKeepsTheBestModel) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   EXPECT_THAT(scratch.refusal(1, {"train", "tiny.toml", "-o", "a", "-q", "--set", "training.learning_rate=1e30"}),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A plant written as expressions, with an angle that wraps and with inputs that its observer is not given.
+// A plant given by expressions, with an angle that wraps and with inputs that its observer does not read.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::Not;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// Turns over again and again from its fastest states; its angle is measured, its rate is wanted.
+/// Makes full turns from its fastest initial states. Its angle is measured, its rate is estimated.
 const std::string kPendulum = R"(name = "pendulum"
 
 [plant]
@@ -84,7 +84,7 @@ Columns columns_of(const std::string& csv) {
   return columns;
 }
 
-/// The flight: one measurement a line in, one estimate a line out.
+/// The flight program: reads one measurement per line and prints one estimate per line.
 const std::string kFlight = R"(#include <stdio.h>
 #include <pendulum.h>
 int main(void) {
@@ -107,7 +107,7 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   scratch.write("pendulum.toml", kPendulum);
   const auto train = scratch.ok({"train", "pendulum.toml", "-o", "run", "-q"});
   scratch.ok({"export", "run/model.json", "--target", "c99", "-q", "-o", "pendulum.h"});
-  // Over the top within a second, for 4 s: from inside the training box, but a run of its own.
+  // Turns over the top within a second, for 4 s, from a state of the training box that no training run has.
   const auto simulated = scratch.ok({"simulate", "pendulum.toml", "--set", "simulation.initial_low=[2.5, 9.5]", "--set",
                                      "simulation.initial_high=[2.5, 9.5]", "--noise", "gaussian:0.02", "-o", "-"});
   const Columns run = columns_of(simulated.out);
@@ -115,7 +115,7 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   int turns = 0;
   for (std::size_t k = 0; k < run.angle.size(); ++k) {
     ASSERT_LE(std::abs(run.angle[k]), 0.5 * kTurn);
-    ASSERT_LE(std::abs(run.measured[k]), 0.5 * kTurn) << "as a sensor shows it";
+    ASSERT_LE(std::abs(run.measured[k]), 0.5 * kTurn) << "as a sensor with a wrap measures it";
     if (k > 0 && run.angle[k] < run.angle[k - 1] - 0.5 * kTurn) ++turns;
   }
   EXPECT_GE(turns, 5) << "control: the angle wraps";
@@ -132,7 +132,7 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::istringstream estimates(scratch.read("omega.txt"));
   double ours = 0.0, differences = 0.0;
-  constexpr std::size_t kSettled = 50;  // 0.5 s: fifteen time constants of the slowest pair would be 1 s, half suffices
+  constexpr std::size_t kSettled = 50;  // 0.5 s: seven time constants of the slowest pair
   for (std::size_t k = 0; k < run.omega.size(); ++k) {
     double omega = 0.0;
     ASSERT_TRUE(estimates >> omega) << k;
@@ -142,8 +142,8 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
     differences += std::pow(difference - run.omega[k], 2);
   }
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(run.omega.size() - kSettled)); };
-  // A difference of two angles has sqrt(2) * 0.02 rad / 0.01 s = 2.8 rad/s of noise. A jump of the angle that the
-  // observer took for motion would be some hundred rad/s.
+  // A difference of two angles has sqrt(2) * 0.02 rad / 0.01 s = 2.8 rad/s of noise. If the observer took the wrap for
+  // motion, its error would be several hundred rad/s.
   EXPECT_NEAR(rms(differences), 2.83, 0.5);
   EXPECT_LT(rms(ours), 0.2 * rms(differences)) << rms(ours) << " rad/s";
 
@@ -153,7 +153,8 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   EXPECT_THAT(table.out, Not(HasSubstr("theta")));
 }
 
-/// The last cell of the last row that begins so: wide results take two tables, the states' errors being in the second.
+/// Returns the last cell of the last row that begins with `row`: wide results have two tables, with errors of states in
+/// the second.
 std::string last_cell(const std::string& text, const std::string& row) {
   std::istringstream lines(text);
   std::string found;
@@ -167,12 +168,12 @@ std::string last_cell(const std::string& text, const std::string& row) {
   return found;
 }
 
-TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
+TEST(PlantWithAnAngle, MayHaveSineAndCosineAsOutputs) {
   const Scratch scratch;
   const std::vector<std::string> evaluate = {"evaluate", "run/model.json", "--noise", "gaussian:0.02", "--trajectories",
                                              "5",        "--against",      "ekf"};
   scratch.write("pendulum.toml", with(kPendulum, "steps = 600", "steps = 5"));
-  (void)scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});  // 5 steps may get nowhere: the model is kept
+  (void)scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});  // 5 steps may not improve the model, which is kept
   const auto unwrapped = scratch.ok(evaluate);
 
   std::string text = with(kPendulum, "estimated = [\"omega\"]",
@@ -182,14 +183,14 @@ TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
   scratch.write("pendulum.toml", text);
   const auto train = scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});
   for (const char* name : {"RMSE theta_sin", "RMSE theta_cos", "RMSE omega"}) EXPECT_THAT(train.out, HasSubstr(name));
-  // One sensor with the same draws, whatever its form: the filter that knows the plant is as good with both.
+  // The same sensor noise in both encodings: the filter that knows the plant is as accurate with both.
   const auto encoded = scratch.ok(evaluate);
   EXPECT_EQ(last_cell(encoded.out, "ekf"), last_cell(unwrapped.out, "ekf"));
   EXPECT_THAT(scratch.refusal(2, {"evaluate", "run/model.json", "--noise", "gaussian:0.02,none"}),
-              HasSubstr("is of 2 outputs, but there is 1"));
+              HasSubstr("is for 2 outputs, but there is 1"));
 }
 
-TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
+TEST(PlantWithInputs, NotesThatItsObserverDoesNotReadThem) {
   const Scratch scratch;
   const std::string equations =
       "states = [\"x1\", \"x2\"]\nderivative = [\"x2\", \"-x1 + u\"]\noutput_names = [\"y\"]\noutputs = [\"x1\"]\n"
@@ -202,13 +203,13 @@ TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
   EXPECT_THAT(exported.err, HasSubstr("does not know u"));
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("ignored_inputs                u\n"));
   EXPECT_EQ(scratch.run({"export", "run/model.json", "-q", "-o", "tiny.h"}).err, "");
-  // A built-in plant's own input, which the experiment does not use: nothing is missing.
+  // The input of a built-in plant, which the experiment does not use: nothing is missing.
   scratch.write("built_in.toml", kTinyExperiment);
   EXPECT_THAT(scratch.run({"train", "built_in.toml", "-o", "none"}).err, Not(HasSubstr("without inputs")));
   EXPECT_EQ(scratch.run({"export", "none/model.json", "-o", "none.h"}).err, "");
 }
 
-TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
+TEST(PlantWithInputs, IsEvaluatedWithTheInputsThatItsExperimentDraws) {
   const Scratch scratch;
   scratch.write("excited.toml", kTinyExperiment + "[excitation]\nkinds = [\"steps\"]\nlow = [-2]\nhigh = [2]\n");
   const auto train = scratch.ok({"train", "excited.toml", "-o", "run"});
@@ -222,7 +223,7 @@ TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
   EXPECT_THAT(drawn, HasSubstr("u = drawn within -2 .. 2 (steps)"));
   EXPECT_THAT(evaluate("run", {"--set", "excitation.kinds=[\"prbs\"]"}), HasSubstr("drawn within -2 .. 2 (prbs)"));
   EXPECT_THAT(evaluate("run", {"--input", "sin(t)"}), HasSubstr("u = sin(t)"));
-  // The filter knows each run's inputs: it is as good as without any, and the constant is not.
+  // The filter knows the inputs of each run, so it is as accurate as without inputs; the constant is not.
   scratch.write("quiet.toml", with(kTinyExperiment, "[training]", "[training]\nmirror = true"));
   scratch.ok({"train", "quiet.toml", "-o", "quiet"});
   const std::string quiet = evaluate("quiet", {}),
@@ -233,7 +234,7 @@ TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
   EXPECT_LT(std::stod(last_cell(set, "ekf,")), 2.0 * without) << set;  // "ekf, nominal parameters"
 }
 
-TEST(PlantWithInputs, SimulatesDrawnParametersWhenAsked) {
+TEST(PlantWithInputs, SimulatesDrawnParametersOnRequest) {
   const Scratch scratch;
   scratch.write("tiny.toml", with(kTinyExperiment, "model = \"van_der_pol\"",
                                   "model = \"van_der_pol\"\nparameters = { mu = [0.2, 3] }"));

@@ -139,7 +139,8 @@ std::string Scratch::refusal(int exit_code, const std::vector<std::string>& argu
 
 ProgramResult Scratch::run_program(const std::string& program, const std::vector<std::string>& arguments,
                                    const std::string& interrupt_at) const {
-  const std::string out = path() + ".out", err = path() + ".err";  // beside it: they are none of the program's files
+  // Beside the folder, because they are not files of the program.
+  const std::string out = path() + ".out", err = path() + ".err";
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);

@@ -21,29 +21,29 @@ class Scratch : public ScratchDirectory {
  public:
   bool has(const std::string& file) const;
 
-  /// Every file below it with its bytes, and every folder (with a trailing slash).
+  /// Returns every file in it with its bytes, and every folder (with a trailing slash).
   std::map<std::string, std::string> contents() const;
 
-  /// Runs the program here. It is killed after five minutes: a busy machine takes long for little.
-  /// `interrupt_at`: Ctrl-C once its stderr has these words.
+  /// Runs the program here. Kills it after five minutes, because a busy machine may be slow. `interrupt_at`: sends
+  /// Ctrl-C when its stderr contains these words.
   ProgramResult run(const std::vector<std::string>& arguments, const std::string& interrupt_at = "") const;
-  /// One that must succeed: the test fails and ends where it does not.
+  /// Runs a command that must succeed; otherwise the test fails and ends.
   ProgramResult ok(const std::vector<std::string>& arguments) const;
-  /// The error of one that must end with `exit_code`.
+  /// Runs a command that must end with `exit_code` and returns its error.
   std::string refusal(int exit_code, const std::vector<std::string>& arguments) const;
-  /// run() of another program.
+  /// Like run(), for another program.
   ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
                             const std::string& interrupt_at = "") const;
 };
 
-/// A plant experiment that trains in a moment, and one on logs.
+/// An experiment with a plant that trains quickly, and one on logs.
 extern const std::string kTinyExperiment;
 extern const std::string kTinyLogExperiment;
 
-/// A log for it: y = sin t at 100 Hz with its velocity's column left out.
+/// A log for it: y = sin t at 100 Hz, without a column for its velocity.
 std::string tiny_log(double phase = 0.0, int samples = 300);
 
-/// `text` with its one occurrence of `old` replaced; fails the test when there is none.
+/// Returns `text` with the only occurrence of `old` replaced; fails the test if `old` is missing.
 std::string with(std::string text, const std::string& old, const std::string& replacement);
 
 }  // namespace nlo::trainer

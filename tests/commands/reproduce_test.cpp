@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `nlo reproduce` is the program nlo-reproduce, which lies beside nlo.
+// `nlo reproduce` runs the program nlo-reproduce, which is installed beside nlo.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(ReproduceCommand, PassesOnTheOutputOfItsProgram) {
   for (const char* words : {"Usage: nlo reproduce [OPTIONS] WHAT", "\nnlo-reproduce ", "\n  table1-control",
                             "nlo: error: tabel1: ", "did you mean \"table1\"?",
                             "did you mean \"--quick\"?; see nlo reproduce --help", "-o -: ", "with space"})
-    EXPECT_THAT(said, HasSubstr(words)) << "the programs agree, but not on what was asked";
+    EXPECT_THAT(said, HasSubstr(words)) << "both programs give the same output, but not the expected one";
   const ProgramResult help = scratch.run({"--help", "reproduce"});
   expect_same(help, scratch.run_program(kOther, {"--help"}));
 }
@@ -62,7 +62,8 @@ TEST(ReproduceCommand, NamesTheProgramThatIsMissingAndHowToBuildIt) {
   EXPECT_EQ(scratch.run_program(here + "/nlo", {"--help"}).exit_code, 0);
   EXPECT_FALSE(scratch.has("reproduction"));
 
-  // Controls: with the other program it works, by a link to nlo too, and a file that cannot be started is named.
+  // Controls: it works if the other program is there, also through a link to nlo; a file that cannot be started is
+  // named.
   fs::copy_file(kOther, here + "/nlo-reproduce");
   fs::create_directory(here + "/elsewhere");
   fs::create_symlink(here + "/nlo", here + "/elsewhere/link");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo evaluate --figure and --estimates: the files have the evaluated data. `-o -` writes the file of a command to
+// nlo evaluate --figure and --estimates: the files contain the evaluated data. `-o -` writes the file of a command to
 // stdout, and nothing else.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ std::vector<std::map<std::string, double>> rows(const std::string& csv) {
   return result;
 }
 
-TEST(LogsOfAPlant, AreScoredInTheStatesThatTheyHaveATruthOf) {
+TEST(LogsOfAPlant, AreScoredOnlyInStatesWithATruth) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-o", "out", "-q"});
@@ -87,7 +87,7 @@ TEST(LogsOfAPlant, AreScoredInTheStatesThatTheyHaveATruthOf) {
   }
 }
 
-TEST_F(RunFiles, EstimatesAreThoseThatAreJudged) {
+TEST_F(RunFiles, EstimatesAreThoseOfTheEvaluation) {
   const auto result = evaluate({"logs/b.csv", "--estimates", "b_out.csv", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const std::string csv = scratch.read("b_out.csv");
@@ -96,7 +96,7 @@ TEST_F(RunFiles, EstimatesAreThoseThatAreJudged) {
   ASSERT_EQ(samples.size(), 400U);
   double squares = 0.0, scored = 0.0, inside = 0.0;
   for (const auto& sample : samples) {
-    EXPECT_EQ(sample.at("step_s"), 0.0);  // the log is even
+    EXPECT_EQ(sample.at("step_s"), 0.0);  // the log is sampled evenly
     if (&sample != &samples.front()) inside += sample.at("in_domain");
     if (std::isnan(sample.at("v_truth"))) continue;
     squares += std::pow(sample.at("v_estimate") - sample.at("v_truth"), 2);
@@ -104,7 +104,7 @@ TEST_F(RunFiles, EstimatesAreThoseThatAreJudged) {
   }
   EXPECT_NEAR(samples[123].at("y"), std::sin(1.23 + 0.5), 1e-6);
   EXPECT_GT(scored, 300.0);
-  EXPECT_LT(scored, 400.0);  // the filter's edges are masked
+  EXPECT_LT(scored, 400.0);  // the ends are masked because of the filter
   const nlohmann::json said = nlohmann::json::parse(result.out)[0];
   EXPECT_NEAR(said["per_component"][0].get<double>(), std::sqrt(squares / scored), 1e-5 * std::sqrt(squares / scored));
   EXPECT_NEAR(said["in_domain"]["share"].get<double>(), inside / 399.0, 1e-9);
@@ -130,7 +130,7 @@ TEST_F(RunFiles, ThePictureNamesTheLog) {
   EXPECT_LT(svg.size(), 60'000U);
 }
 
-TEST_F(RunFiles, AreRefusedBeforeAnythingIsEvaluated) {
+TEST_F(RunFiles, AreRefusedBeforeTheEvaluation) {
   for (const auto& [option, file, said] : {std::tuple{"--figure", "b.png", "write FILE.svg"},
                                            {"--estimates", "b.json", "write FILE.csv"},
                                            {"--estimates", "nowhere/b.csv", "nowhere"}}) {
@@ -172,20 +172,20 @@ class Stdout : public testing::Test {
   Scratch scratch_;
 };
 
-TEST_F(Stdout, HasTheFileOfEachCommandThatWritesOne) {
+TEST_F(Stdout, GetsTheFileOfEachCommandThatWritesOne) {
   expect_same({"simulate", "tiny.toml", "--noise", "gaussian:0.1"}, "run.csv");
   expect_same({"report", "run", "--noise", "none"}, "report.html");
   expect_same({"export", "run/model.json", "-q"}, "tiny.h");
 }
 
-TEST_F(Stdout, IsRefusedWhereACommandWritesSeveralFiles) {
+TEST_F(Stdout, IsRefusedForCommandsThatWriteSeveralFiles) {
   expect_refused({"simulate", "tiny.toml", "--trajectories", "2", "-o", "-"}, "2 trajectories");
   expect_refused({"train", "tiny.toml", "-q", "-o", "-"}, "a folder of files");
   expect_refused({"reproduce", "table1", "--quick", "-o", "-"}, "a folder of files");
   expect_refused({"export", "run/model.json", "--target", "c99", "-o", "-"}, "several files");
 }
 
-TEST(SeveralNoises, AreOneForEachOutput) {
+TEST(SeveralNoises, ApplyOneToEachOutput) {
   const Scratch scratch;
   const std::string two = with(kTinyExperiment, "model = \"van_der_pol\"",
                                "states = [\"x1\", \"x2\"]\nderivative = [\"x2\", \"-x1\"]\noutputs = [\"x1\", \"x2\"]");
@@ -201,7 +201,7 @@ TEST(SeveralNoises, AreOneForEachOutput) {
                                                   {"simulate", "two.toml", "-o", "-"}}) {
     std::vector<std::string> wrong = command;
     wrong.insert(wrong.end(), {"--noise", "none,none,none"});
-    EXPECT_THAT(scratch.refusal(2, wrong), HasSubstr("is of 3 outputs, but there are 2"));
+    EXPECT_THAT(scratch.refusal(2, wrong), HasSubstr("is for 3 outputs, but there are 2"));
   }
   const auto csv = scratch.run({"simulate", "two.toml", "--noise", "none,uniform:1", "-o", "-"});
   EXPECT_THAT(csv.out, StartsWith("trajectory,time,y1,y2,y1_measured,y2_measured,x1,x2\n"));

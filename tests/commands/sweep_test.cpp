@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
 
-/// Four jobs that train in a moment.
+/// Four jobs that train quickly.
 const std::string kPlan =
     "experiment = \"tiny.toml\"\nseeds = [1, 2]\n[grid]\ninverse_map.hidden = [[4], [8]]\n[test]\ntrajectories = 5\n";
 
@@ -40,7 +40,7 @@ class SweepCommand : public testing::Test {
     scratch.write("plans/p.toml", kPlan);
   }
 
-  /// A command of a shell that finds `nlo`; its exit status.
+  /// Runs a command in a shell that finds `nlo` and returns its exit status.
   int shell(const std::string& command) const {
     const std::string program = fs::path(NLO_PROGRAM).parent_path().string();
     const std::string all = "exec >'" + scratch.path() + ".sh' 2>&1 </dev/null; cd '" + scratch.path() + "'; PATH='" +
@@ -56,7 +56,7 @@ class SweepCommand : public testing::Test {
     return scratch.read(folder + "/sweep.csv");
   }
 
-  /// When each file below the scratch folder was written.
+  /// Returns when each file in the scratch folder was written.
   std::map<std::string, fs::file_time_type> times() const {
     std::map<std::string, fs::file_time_type> found;
     for (const auto& entry : fs::recursive_directory_iterator(scratch.path()))
@@ -83,19 +83,19 @@ TEST_F(SweepCommand, WritesALineForEachJobAndNothingElse) {
   EXPECT_THAT(parts, testing::UnorderedElementsAreArray(lines));
 }
 
-TEST_F(SweepCommand, VariesAShippedExperimentToo) {
+TEST_F(SweepCommand, AlsoVariesAShippedExperiment) {
   scratch.write("p.toml", "experiment = \"van_der_pol\"\nseeds = [1]\n");
   EXPECT_THAT(scratch.run({"sweep", "p.toml"}).out, StartsWith("nlo train van_der_pol --seed 1 -o runs/p/seed-1_"));
 }
 
-TEST_F(SweepCommand, DoesNothingForJobsThatAreDone) {
+TEST_F(SweepCommand, DoesNothingForFinishedJobs) {
   scratch.ok({"sweep", "plans/p.toml", "--run"});
   const auto before = times();
   const ProgramResult again = scratch.ok({"sweep", "plans/p.toml", "--run"});
   EXPECT_THAT(again.out, HasSubstr("already done"));
   ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
   EXPECT_EQ(times(), before);
-  // Control: two jobs more are run, and leave the others as they are.
+  // Control: two more jobs are run and do not change the other jobs.
   scratch.write("plans/p.toml", with(kPlan, "[1, 2]", "[1, 2, 3]"));
   scratch.ok({"sweep", "plans/p.toml", "--run"});
   EXPECT_EQ(times().size(), before.size() + 2 * 6) << "two folders of five files";
@@ -106,8 +106,8 @@ TEST_F(SweepCommand, DoesNothingForJobsThatAreDone) {
     }
 }
 
-TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
-  // Slow enough to be hit, and with many checkpoints.
+TEST_F(SweepCommand, GivesTheSameTableAfterAnyNumberOfKills) {
+  // Slow enough to be killed, and with many checkpoints.
   scratch.write("plans/tiny.toml", with(with(kTinyExperiment, "steps = 20", "steps = 150\ncheckpoint_every_s = 0.01"),
                                         "samples_per_step = 64", "samples_per_step = 512"));
   const auto begun = std::chrono::steady_clock::now();
@@ -117,8 +117,8 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   ASSERT_THAT(job_lines(whole), SizeIs(1 + 4));
   EXPECT_THAT(whole, HasSubstr(",done,"));
 
-  // Parts of the time that the whole takes on this machine, small ones first, so that it is not done at once; they
-  // grow, so that the end comes where starting takes longer than training.
+  // Kill times as shares of the duration on this machine. They start small, so that the first run does not finish, and
+  // grow, so that the sweep ends even if starting takes longer than training.
   std::mt19937 random(1);
   int kills = 0, unfinished = 0;
   for (int status = -1; status != 0 && kills < 200;) {
@@ -129,20 +129,20 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
     unfinished += table("killed").find(",unfinished,") != std::string::npos ? 1 : 0;
   }
   RecordProperty("kills", kills);
-  EXPECT_GT(kills, 0) << "control: the jobs were killed at all";
+  EXPECT_GT(kills, 0) << "control: at least one job was killed";
   EXPECT_LT(kills, 200);
   EXPECT_EQ(table("killed"), whole);
   for (const auto& [file, text] : scratch.contents())
     if (file.starts_with("killed/") && file.ends_with("/model.json")) {
       EXPECT_EQ(text, scratch.read("whole" + file.substr(6))) << file;
     }
-  EXPECT_GT(unfinished, 0) << "control: some were begun and not done";
+  EXPECT_GT(unfinished, 0) << "control: at least one killed job had begun and was not finished";
 }
 
 TEST_F(SweepCommand, AfterAnInterruptionNamesTheRestAndContinues) {
   scratch.write("plans/tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 4000"));
   const std::vector<std::string> arguments = {"sweep", "plans/p.toml", "--run", "--threads", "1", "--shard", "0/1"};
-  const ProgramResult stopped = scratch.run(arguments, "--seed 2");  // the second of four
+  const ProgramResult stopped = scratch.run(arguments, "--seed 2");  // during the second of four jobs
   EXPECT_EQ(stopped.exit_code, 1) << stopped.err;
   EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; to continue: nlo sweep plans/p.toml --run --shard 0/1 "
                                      "--threads 1 -o runs/p\n"));
@@ -171,11 +171,11 @@ TEST_F(SweepCommand, RefusesAFolderOfAnotherExperiment) {
   EXPECT_THAT(table("runs/p"), HasSubstr(",other,,,,"));
 }
 
-TEST_F(SweepCommand, GoesOnAfterAJobThatFails) {
+TEST_F(SweepCommand, ContinuesAfterAJobThatFails) {
   scratch.write(
       "plans/p.toml",
       "experiment = \"tiny.toml\"\n[grid]\ntraining.learning_rate = [1e30, 0.001]\n[test]\ntrajectories = 5\n");
-  for (int run = 0; run < 2; ++run) {  // the second finds it failed and says so again
+  for (int run = 0; run < 2; ++run) {  // the second run finds the failed job and reports it again
     EXPECT_THAT(scratch.refusal(1, {"sweep", "plans/p.toml", "--run"}), HasSubstr("1 of 2 jobs failed"));
   }
   const std::string csv = table("runs/p");
@@ -183,7 +183,7 @@ TEST_F(SweepCommand, GoesOnAfterAJobThatFails) {
   EXPECT_THAT(csv, HasSubstr(",done,"));
 }
 
-TEST_F(SweepCommand, JudgesObserversOfLogsOnTheirTestLogs) {
+TEST_F(SweepCommand, EvaluatesObserversOfLogsOnTheirTestLogs) {
   scratch.write("plans/log.toml", kTinyLogExperiment);
   scratch.write("plans/logs/a.csv", tiny_log());
   scratch.write("plans/logs/b.csv", tiny_log(1.0));
@@ -195,7 +195,7 @@ TEST_F(SweepCommand, JudgesObserversOfLogsOnTheirTestLogs) {
   EXPECT_EQ(times(), before);
   scratch.write("plans/logs/a.csv", tiny_log(0.5));
   EXPECT_THAT(scratch.refusal(2, {"sweep", "plans/p.toml", "--run"}), HasSubstr("another experiment, seed or data set"))
-      << "other logs are not what is done";
+      << "jobs on other logs are not finished";
 }
 
 TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
@@ -220,10 +220,11 @@ TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
   EXPECT_EQ(scratch.run({"sweep", "colect", "plans/p.toml"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "--run"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", "2/2"}).exit_code, 2);
-  EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", ""}).exit_code, 2) << "no part is not every part";
+  EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", ""}).exit_code, 2)
+      << "an empty shard does not mean all jobs";
 }
 
-TEST_F(SweepCommand, JobsThatAreAllRefusedAreWrongInputAndOneThatFailsIsAFailure) {
+TEST_F(SweepCommand, ExitCodeIsTwoIfAllJobsAreRefusedAndOneIfAJobFails) {
   scratch.write("plans/p.toml", "experiment = \"log.toml\"\ndata = \"nowhere\"\nseeds = [1, 2]\n");
   scratch.write("plans/log.toml", kTinyLogExperiment);
   EXPECT_THAT(scratch.refusal(2, {"sweep", "plans/p.toml", "--run"}),
@@ -233,12 +234,13 @@ TEST_F(SweepCommand, JobsThatAreAllRefusedAreWrongInputAndOneThatFailsIsAFailure
   EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "-o", "file/x"}).exit_code, 2);
 }
 
-TEST_F(SweepCommand, RunsByGnuParallelTheSame) {
+TEST_F(SweepCommand, GivesTheSameTableWithGnuParallel) {
   if (shell("parallel --version | grep -q 'GNU parallel'") != 0) GTEST_SKIP() << "GNU parallel is not installed";
   ASSERT_EQ(shell("nlo sweep plans/p.toml --run -o whole"), 0);
   ASSERT_EQ(shell("nlo sweep plans/p.toml --threads 1 -o by_parallel | parallel -j 2"), 0);
   EXPECT_EQ(table("by_parallel"), table("whole"));
-  ASSERT_EQ(shell("nlo sweep plans/p.toml --threads 1 -o by_parallel | parallel -j 2"), 0) << "once more, all done";
+  ASSERT_EQ(shell("nlo sweep plans/p.toml --threads 1 -o by_parallel | parallel -j 2"), 0)
+      << "run again, all jobs are finished";
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo train --auto as a user runs it: it is interrupted and resumed, and the experiment that it finds can be trained
-// alone.
+// nlo train --auto as a user runs it: it is interrupted and resumed, and the experiment that it finds also trains by
+// itself.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,23 +28,23 @@ class TrainAuto : public testing::Test {
 
 TEST_F(TrainAuto, FindsAnExperimentThatTrainsToTheSameModel) {
   const ProgramResult result = scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "found"});
-  EXPECT_THAT(result.out, AllOf(HasSubstr("as it stands"), HasSubstr("multiply-adds"), HasSubstr("found/auto.html"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("unchanged"), HasSubstr("multiply-adds"), HasSubstr("found/auto.html"),
                                 HasSubstr("found/model.json")));
   for (const char* file : {"auto.html", "auto.json", "experiment.toml", "model.json", "report.html", "finished.json"})
     EXPECT_TRUE(scratch.has(std::string("found/") + file)) << file;
-  EXPECT_FALSE(scratch.has("found/auto/")) << "the trainings of the search leave nothing";
+  EXPECT_FALSE(scratch.has("found/auto/")) << "the trainings of the search leave no files";
   EXPECT_THAT(scratch.read("found/experiment.toml"),
               StartsWith("# Found by: nlo train tiny.toml --auto --minutes 0.1 -o found\n"));
   scratch.ok({"train", "found/experiment.toml", "-o", "again"});
   EXPECT_EQ(scratch.read("again/model.json"), scratch.read("found/model.json"));
-  // The experiment as it stands was trained as it says, beside the others of the last rung.
+  // The unchanged experiment was trained in full, together with the other candidates of the last rung.
   const json trials = record("found")["rungs"].back();
   EXPECT_EQ(trials[0]["candidate"], 0);
   EXPECT_EQ(trials[0]["steps"], 20);
   EXPECT_GT(trials.size(), 1U);
 }
 
-TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
+TEST_F(TrainAuto, ContinuesWhereItWasInterrupted) {
   scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 2000"));
   const std::vector<std::string> arguments = {"train", "tiny.toml", "--auto", "--minutes", "0.3", "-o", "run"};
   const ProgramResult stopped = scratch.run(arguments, "rung ");
@@ -67,19 +67,19 @@ TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
       EXPECT_EQ(after["rungs"][0][t], before["rungs"][0][t]);
     }
   }
-  // All is done: nothing is trained again.
+  // Everything is finished, so nothing is trained again.
   const std::string model = scratch.read("run/model.json");
   const ProgramResult again = scratch.ok(more);
   EXPECT_THAT(again.out, HasSubstr("already done"));
   EXPECT_EQ(scratch.read("run/model.json"), model);
-  // Another budget is another search.
+  // Another budget starts another search.
   more[4] = "0.2";
   const ProgramResult other = scratch.run(more);
   EXPECT_NE(other.exit_code, 0);
-  EXPECT_THAT(other.err, HasSubstr("is of another experiment, budget or data"));
+  EXPECT_THAT(other.err, HasSubstr("belongs to another experiment, budget or data"));
 }
 
-TEST_F(TrainAuto, KeepsToABudgetOfMultiplyAddsAndBytes) {
+TEST_F(TrainAuto, StaysWithinABudgetOfMultiplyAddsAndBytes) {
   const ProgramResult result = scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "--max-multiply-adds",
                                            "200", "--max-flash-bytes", "800", "-o", "small"});
   const json candidates = record("small")["candidates"];
@@ -88,7 +88,7 @@ TEST_F(TrainAuto, KeepsToABudgetOfMultiplyAddsAndBytes) {
     EXPECT_LE(candidate["multiply_adds"].get<int>(), 200);
     EXPECT_LE(candidate["flash_bytes"].get<int>(), 800);
   }
-  // Control: others were drawn, which cost more.
+  // Control: without the budget, other candidates are drawn, which cost more.
   scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "any"});
   int most = 0;
   const json any = record("any")["candidates"];
@@ -120,7 +120,7 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
   EXPECT_FALSE(scratch.has("one/"));
 }
 
-TEST_F(TrainAuto, RefusesTooShortATimeAndKeepsExistingFiles) {
+TEST_F(TrainAuto, RefusesATimeThatIsTooShortAndKeepsExistingFiles) {
   scratch.ok({"train", "tiny.toml", "-o", "run"});
   scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 50000000"));
   const auto before = scratch.contents();
@@ -130,13 +130,13 @@ TEST_F(TrainAuto, RefusesTooShortATimeAndKeepsExistingFiles) {
   EXPECT_EQ(scratch.contents(), before);
 }
 
-TEST_F(TrainAuto, IsAskedForBeforeItsOptions) {
+TEST_F(TrainAuto, OptionsOfAutoNeedAuto) {
   EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--minutes", "1"}), HasSubstr("--auto"));
   EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--auto", "--minutes", "nan"}),
               HasSubstr("nan is not a time to search for"));
 }
 
-TEST_F(TrainAuto, LeavesAnotherExperimentsModelAlone) {
+TEST_F(TrainAuto, DoesNotReplaceTheModelOfAnotherExperiment) {
   scratch.ok({"train", "tiny.toml", "-o", "run"});
   scratch.write("other.toml", with(kTinyExperiment, "\"tiny\"", "\"other\""));
   const auto before = scratch.contents();

@@ -60,7 +60,7 @@ TEST(ComparedRuns, DifferOnlyByTheCondition) {
   EXPECT_GT((truth(changed, 5) - truth(plain, 5)).norm(), 0.1);
   Condition named;
   named.parameters = {{"mu", 1.2}};
-  EXPECT_EQ(truth(runs_under(named), 5), truth(changed, 5)) << "the factor and the value say the same";
+  EXPECT_EQ(truth(runs_under(named), 5), truth(changed, 5)) << "the factor and the value give the same parameter";
 
   Condition process;
   process.process_noise = {0.1, 0.1};
@@ -72,7 +72,7 @@ TEST(ComparedRuns, DifferOnlyByTheCondition) {
   EXPECT_LE((truth(runs_under(box), 7).col(0) - 2.0 * truth(plain, 7).col(0)).norm(), 1e-12);
 }
 
-TEST(ComparedRuns, ChangeOneParameterAtATimeSoThatNoneCancels) {
+TEST(ComparedRuns, ChangeOneParameterInEachRunSoThatChangesCannotCancel) {
   const Experiment pendulum = nominal_experiment(parse_experiment(
       "name = \"pendulum\"\n[plant]\nstates = [\"angle\", \"rate\"]\nderivative = [\"rate\", \"-g / l * "
       "sin(angle)\"]\noutput_names = [\"y\"]\noutputs = [\"angle\"]\nparameters = { g = 9.81, l = 0.5 }\n[simulation]\n"
@@ -92,7 +92,7 @@ TEST(ComparedRuns, ChangeOneParameterAtATimeSoThatNoneCancels) {
   }
 }
 
-TEST(ComparedRuns, GiveFiltersTheSensorsReadings) {
+TEST(ComparedRuns, GiveFiltersTheMeasurementsOfTheSensors) {
   Condition condition;
   condition.noise = parse_noise("gaussian:0.5+missing:0.3");
   const ComparedRuns runs = runs_under(condition);
@@ -107,7 +107,7 @@ TEST(ComparedRuns, GiveFiltersTheSensorsReadings) {
   EXPECT_NEAR(missing / (8.0 * 201.0), 0.3, 0.05);
 }
 
-TEST(ComparedRuns, CountTheErrorOfALaneForItsRun) {
+TEST(ComparedRuns, AssignTheErrorOfEachLaneToItsRun) {
   const ComparedRuns runs = runs_under({});
   class Still final : public LaneFilter {
    public:
@@ -123,7 +123,7 @@ TEST(ComparedRuns, CountTheErrorOfALaneForItsRun) {
   }
 }
 
-TEST(ComparedRuns, GiveTheEstimatesOfEachLaneToItsRun) {
+TEST(ComparedRuns, AssignTheEstimatesOfEachLaneToItsRun) {
   const ComparedRuns runs = runs_under({});
   class Echo final : public LaneFilter {
    public:
@@ -134,7 +134,7 @@ TEST(ComparedRuns, GiveTheEstimatesOfEachLaneToItsRun) {
   const std::vector<MatrixXd> x_hat = lane_estimates(echo, runs);
   for (std::size_t run = 0; run < x_hat.size(); ++run)
     EXPECT_EQ(x_hat[run], MatrixXd(runs.outputs[run].replicate(2, 1))) << run;
-  EXPECT_EQ(set_of(runs, 1, 4).trajectories[2].states, truth(runs, 6)) << "the second set is that of the second seed";
+  EXPECT_EQ(set_of(runs, 1, 4).trajectories[2].states, truth(runs, 6)) << "the second set comes from the second seed";
 }
 
 const VectorXd kOutput = VectorXd::Constant(1, 1.41);
@@ -148,7 +148,7 @@ std::string refusal(const std::string& text) {
   });
 }
 
-TEST(Conditions, WrongOnesAreNamedWithTheirLineAndTheRemedy) {
+TEST(Conditions, ErrorsNameTheConditionItsLineAndTheRemedy) {
   struct Case {
     std::string text, message;
   };
@@ -166,7 +166,7 @@ TEST(Conditions, WrongOnesAreNamedWithTheirLineAndTheRemedy) {
            {"noise = \"none\"",
             "mine.toml:1: unknown key \"noise\" in a file of conditions; it belongs in [[condition]]"},
            {"[[condition]]\nname = \"a\"\nnoise = \"gausian:1\"", "mine.toml:3: [[condition]] noise"},
-           {"[[condition]]\nname = \"a\"\nnoise = [\"none\", \"none\"]", "is of 2 outputs, but there is 1"},
+           {"[[condition]]\nname = \"a\"\nnoise = [\"none\", \"none\"]", "is for 2 outputs, but there is 1"},
            {"[[condition]]\nname = \"a\"\nparameter_factor = -1", "mine.toml:3: [[condition]] parameter_factor"},
            {"[[condition]]\nname = \"a\"\nparameters = { mi = 2 }",
             "mine.toml:1: condition \"a\" changes the parameter \"mi\""},
@@ -181,10 +181,10 @@ TEST(Conditions, WrongOnesAreNamedWithTheirLineAndTheRemedy) {
     EXPECT_THAT(refusal(text), HasSubstr(message)) << text;
   EXPECT_EQ(refusal("[[condition]]\nname = \"a\"\nparameters = { mu = 1.2 }\nnoise = \"gaussian:0.5+missing:0.2\""),
             "no error")
-      << "control: a right one is taken";
+      << "control: a valid condition is accepted";
 }
 
-TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
+TEST(Conditions, AreScaledToThePlantByRoundNumbers) {
   EXPECT_EQ(round_factor(1.01), 1.0);
   EXPECT_EQ(round_factor(0.3), 0.2);
   EXPECT_EQ(round_factor(40.0), 50.0);
@@ -198,7 +198,7 @@ TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
 
   const auto larger =
       conditions_of(default_conditions(), {}, {100.0 * kOutput, Vector2d(141.0, 0.0141), VectorXd::Zero(1)}, left_out);
-  EXPECT_EQ(left_out.size(), 5u) << "those that change a plant's parameters";
+  EXPECT_EQ(left_out.size(), 5u) << "the conditions that change parameters of the plant";
   const auto named = [&](const std::string& name) {
     return *std::find_if(larger.begin(), larger.end(),
                          [&](const Condition& condition) { return condition.name == name; });
@@ -208,7 +208,7 @@ TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
   EXPECT_THAT(named("process_noise").process_noise, testing::ElementsAre(10.0, 0.001));
 }
 
-TEST(Conditions, OfAPreciseSensorHaveNoiseInItsScaleAndOutliersInThatOfItsOutput) {
+TEST(Conditions, ScaleNoiseWithTheSensorsNoiseAndOutliersWithTheOutput) {
   std::vector<std::string> left_out;
   const VectorXd precise = VectorXd::Constant(1, 0.001);
   const auto all = conditions_of(default_conditions(), {{"mu", 1.0}}, {kOutput, kStates, precise}, left_out);
@@ -220,7 +220,7 @@ TEST(Conditions, OfAPreciseSensorHaveNoiseInItsScaleAndOutliersInThatOfItsOutput
   EXPECT_EQ(format_noise(named("bias").noise), "gaussian:0.001+bias:4e-04");
 }
 
-TEST(Conditions, AsShippedAreUnderstoodForEveryBuiltInPlant) {
+TEST(Conditions, DefaultsAreValidForEveryBuiltInPlant) {
   std::vector<std::string> left_out;
   EXPECT_EQ(compared_conditions(test::van_der_pol(), default_conditions(), left_out).size(), 20u);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer with a prior begins its training as the tuned extended Kalman filter of its equations.
+// Before training, an observer with a prior is as accurate as the tuned extended Kalman filter of its equations.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kRuns = 64;
 
-/// An experiment of trainer/experiments as an untrained observer with a prior.
+/// Returns an experiment of trainer/experiments as an untrained observer with a prior.
 Experiment prior_of(const std::string& file, const std::string& horizon_s) {
   Experiment experiment =
       read_experiment(NLO_SOURCE_DIR "/trainer/experiments/" + file,
@@ -31,7 +31,7 @@ Experiment prior_of(const std::string& file, const std::string& horizon_s) {
   return experiment;
 }
 
-/// The runs as logs whose outputs have the noise. Where an output is missing, it has its last value.
+/// Returns the runs as logs with noisy outputs. A missing output keeps its last value.
 Dataset measured(const ComparedRuns& runs) {
   Dataset data = runs.set;
   data.reads_inputs = !data.inputs.empty();
@@ -65,8 +65,8 @@ double observer_norm(const codegen::Model& model, const ComparedRuns& runs) {
   return std::sqrt(squares / static_cast<double>(runs.outputs.size()));
 }
 
-// Fails if the constants are not tuned, if corrections do not start at zero or if T* does not pass on the estimate.
-TEST_P(PriorAsFilter, BeginsAsGoodAsTheTunedFilter) {
+// Fails if the constants are not tuned, if corrections do not start at zero or if T* changes the estimate.
+TEST_P(PriorAsFilter, StartsAsAccurateAsTheTunedFilter) {
   const auto& [file, horizon_s, noise] = GetParam();
   const Experiment experiment = prior_of(file, horizon_s);
   const Experiment nominal = nominal_experiment(experiment);
@@ -80,7 +80,7 @@ TEST_P(PriorAsFilter, BeginsAsGoodAsTheTunedFilter) {
   const TunedFilter tuned = tune_filter(ekf, context, tuning);
   const auto filter = ekf.make(context, {tuned.tuning}, judged.measured.lanes());
   const double on_judged = std::sqrt(squared_errors(*filter, judged.measured, judged).mean());
-  // The two searches end at other constants, which differ by up to 3 % on 64 runs that did not choose them.
+  // The two searches end at different constants. On 64 runs that neither search used, the results differ by up to 3 %.
   EXPECT_LT(observer_norm(model, tuning), 1.01 * tuned.norm) << tuned.text;
   EXPECT_LT(observer_norm(model, judged), 1.03 * on_judged) << tuned.text;
 }

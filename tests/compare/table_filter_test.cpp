@@ -25,7 +25,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// An inverted pendulum about its upright: dx/dt = [0 1; 4 0] x + [0; 1] u; y = angle.
+/// An inverted pendulum about its upright position: dx/dt = [0 1; 4 0] x + [0; 1] u; y = angle.
 Experiment upright() {
   return parse_experiment(R"toml(name = "upright"
 [plant]
@@ -59,8 +59,8 @@ Dataset runs_of(const Experiment& e, const LoopEstimators& estimators) {
   return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(3, SeedStream::kTest), 6, 1.0, {}, estimators);
 }
 
-// Results of an independent prototype with the exact model, Q = 1e-6, 200 runs of 50 s: the reference values of the
-// protocol. The band covers another draw of initial states and noise, which the first second dominates.
+// Reference values from an independent prototype with the exact model, Q = 1e-6, 200 runs of 50 s. The tolerance covers
+// another draw of initial states and noise; the first second dominates the error.
 struct Reference {
   NoiseConfig noise;
   double norm, tolerance;
@@ -68,7 +68,7 @@ struct Reference {
 
 class EkfReference : public testing::TestWithParam<Reference> {};
 
-TEST_P(EkfReference, MeetsTheProtocolsTable) {
+TEST_P(EkfReference, AgreesWithTheTableOfTheProtocol) {
   const auto& [noise, norm, tolerance] = GetParam();
   const Dataset set = test::van_der_pol_set(200, 50.0, 5);
   const Evaluation found = evaluate("ekf", table_filter("ekf", test::van_der_pol(), noise, false), set, noise, 11, 0);
@@ -80,8 +80,8 @@ INSTANTIATE_TEST_SUITE_P(VanDerPol, EkfReference,
                                          Reference{{NoiseKind::kGaussian, 0.5}, 0.0944, 0.10},
                                          Reference{{NoiseKind::kUniform, 3.0}, 0.2222, 0.10}));
 
-TEST(FilterInLoop, IsTheFilterOverTheRunThatItMade) {
-  // The law is linear, and so u says what the filter thought.
+TEST(FilterInLoop, EqualsTheFilterOverTheRecordedRun) {
+  // The law is linear, so u shows the estimate of the filter.
   const Experiment e = upright();
   const NoiseConfig noise = noise_of("gaussian:0.02");
   constexpr std::uint64_t kSeed = 11;
@@ -94,12 +94,12 @@ TEST(FilterInLoop, IsTheFilterOverTheRunThatItMade) {
     const MatrixXd other =
         estimate(MeasurementNoise(noise, kSeed + 1, i).on(run.outputs), run.inputs, run.time_s).x_hat;
     for (Index k = 0; k + 1 < run.samples(); ++k) {
-      // Steps are differences of time stamps here: rounding.
+      // Steps here are differences of time stamps, with rounding.
       ASSERT_NEAR(run.inputs(0, k + 1), -(12.0 * x_hat(0, k) + 5.0 * x_hat(1, k)), 1e-9);
       control = std::max(control, std::abs(run.inputs(0, k + 1) + 12.0 * other(0, k) + 5.0 * other(1, k)));
     }
   }
-  EXPECT_GT(control, 0.1) << "control: other noise, other thoughts";
+  EXPECT_GT(control, 0.1) << "control: other noise gives other estimates";
 }
 
 TEST(FilterInLoop, RefusesAnUnknownFilter) {
@@ -107,7 +107,7 @@ TEST(FilterInLoop, RefusesAnUnknownFilter) {
   EXPECT_THROW(filter_in_loop("oracle", e, noise_of("none")), codegen::Error);
 }
 
-TEST(LoopCosts, AreTheMeanOfTheExpression) {
+TEST(LoopCosts, AreTheMeanOfTheCostExpression) {
   const Experiment e = upright();
   Dataset set = runs_of(e, nullptr);
   double sum = 0.0;
@@ -117,13 +117,13 @@ TEST(LoopCosts, AreTheMeanOfTheExpression) {
     samples += run.samples();
   }
   const auto plant = make_plant(*e.plant);
-  EXPECT_NEAR(mean_cost(e, *plant, set).value(), sum / static_cast<double>(samples), 1e-12);  // another order of sums
+  EXPECT_NEAR(mean_cost(e, *plant, set).value(), sum / static_cast<double>(samples), 1e-12);  // summed in another order
   Experiment without = e;
   without.feedback->cost.clear();
   EXPECT_FALSE(mean_cost(without, *plant, set));
 }
 
-TEST(LoopCosts, OfANoisierSensorAreHigher) {
+TEST(LoopCosts, IncreaseWithTheNoiseOfTheSensor) {
   const Experiment e = upright();
   const auto plant = make_plant(*e.plant);
   const auto cost = [&](const std::string& text) {
@@ -142,8 +142,8 @@ const FilterRow& row_named(std::string_view name) {
 }
 
 TEST(FilterSearch, FindsTheKalmanFilterOfALinearPlant) {
-  // dx/dt = -x / 2 with process noise that the filter as shipped does not know: the best there is has the covariance of
-  // the Riccati equation, p- = phi^2 p + q, p = p- r / (p- + r).
+  // dx/dt = -x / 2 with process noise that the untuned filter does not know. The best possible filter has the
+  // covariance of the Riccati equation, p- = phi^2 p + q, p = p- r / (p- + r).
   Experiment experiment = parse_experiment(
       "name = \"linear\"\n[plant]\nstates = [\"x\"]\nderivative = [\"-a * x\"]\noutput_names = [\"y\"]\noutputs = "
       "[\"x\"]\n"
@@ -167,13 +167,14 @@ TEST(FilterSearch, FindsTheKalmanFilterOfALinearPlant) {
   for (const char* name : {"ekf", "ukf"}) {
     const FilterRow& row = row_named(name);
     const TunedFilter tuned = tune_filter(row, context, tuning);
-    // 32 runs of some 100 independent stretches: 2 % in the norm; as much again for Q and R found on half of that.
+    // 32 runs of about 100 independent pieces: 2 % in the norm. The tolerance is twice that, because Q and R are found
+    // from half of the data.
     EXPECT_NEAR(norm(row, tuned.tuning), std::sqrt(p), 0.04 * std::sqrt(p)) << name;
-    EXPECT_GT(norm(row, {}), 1.3 * std::sqrt(p)) << name << ", control: as shipped it trusts its model";
+    EXPECT_GT(norm(row, {}), 1.3 * std::sqrt(p)) << name << ", control: the untuned filter trusts its model too much";
   }
 }
 
-TEST(FilterSearch, FindsAGateWhereThereAreOutliers) {
+TEST(FilterSearch, FindsAGateIfThereAreOutliers) {
   Condition condition;
   condition.noise = parse_noise("gaussian:0.5+outliers:0.05:10");
   const Experiment experiment = test::van_der_pol(20.0);
@@ -184,9 +185,9 @@ TEST(FilterSearch, FindsAGateWhereThereAreOutliers) {
   EXPECT_LT(tuned.evaluations, 120);
 }
 
-TEST(FilterSearch, FindsWhichEquationIsWrong) {
-  // mu stands in the equation of x2 alone, and y = x1 is exact:
-  // noise put on x1 too makes the filter worse than it need be.
+TEST(FilterSearch, PutsProcessNoiseOnTheWrongEquation) {
+  // mu occurs only in the equation of x2, and y = x1 is exact. Process noise on x1 as well would make the filter worse
+  // than necessary.
   Condition condition;
   condition.parameters = {{"mu", 1.2}};
   const Experiment experiment = test::van_der_pol(20.0);
@@ -204,10 +205,10 @@ TEST(FilterSearch, FindsWhichEquationIsWrong) {
     return std::sqrt(squared_errors(*filter, runs.measured, runs).mean());
   };
   EXPECT_LT(norm(row_named("ekf")), 0.4 * norm(whole))
-      << "0.012 and 0.077 over 50 s; half of a run of 20 s is transient";
+      << "measured over 50 s: 0.012 and 0.077; here half of a run of 20 s is transient";
 }
 
-TEST(FilterSearch, TheFilterThatKnowsTheParameterIsUncertainFollowsIt) {
+TEST(FilterSearch, JointFilterFollowsAnUncertainParameter) {
   Condition condition;
   condition.noise = parse_noise("gaussian:0.1");
   condition.parameter_factor = 1.2;
@@ -221,16 +222,16 @@ TEST(FilterSearch, TheFilterThatKnowsTheParameterIsUncertainFollowsIt) {
   EXPECT_LT(norm("joint_ekf"), 0.5 * norm("ekf"));
 }
 
-TEST(FilterTable, RefusesByNameAFilterThatDoesNotFitThePlant) {
+TEST(FilterTable, RefusesAFilterThatDoesNotFitThePlant) {
   FilterContext context = filter_context(test::van_der_pol(), {}, {});
   EXPECT_EQ(row_named("joint_ekf").unfit(context), "no condition changes a parameter");
   EXPECT_EQ(row_named("high_gain").unfit(context), "");
   context.plant.ny = 2;
-  EXPECT_EQ(row_named("high_gain").unfit(context), "a high-gain observer is of one output");
+  EXPECT_EQ(row_named("high_gain").unfit(context), "a high-gain observer needs exactly one output");
 }
 
 TEST(FilterTable, CountsTheCostOfAStep) {
-  // f of Van der Pol's equation as it is written has six operations, h none.
+  // f of the Van der Pol equation has six operations as it is written, h has none.
   PlantConfig config;
   config.model = "van_der_pol";
   EXPECT_EQ(plant_cost(config).f.operations, 6.0);
@@ -244,7 +245,7 @@ TEST(FilterTable, CountsTheCostOfAStep) {
     EXPECT_GT(row.state(context), 0) << row.name;
     EXPECT_NE(estimator_words(row.name), nullptr) << row.name;
   }
-  EXPECT_GT(ekf, 5 * 4 * 6) << "five points, four stages";
+  EXPECT_GT(ekf, 5 * 4 * 6) << "five sigma points, four stages";
 }
 
 }  // namespace

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Coverage of what flies: which lines and branches of the runtime its tests reach, over all instantiations together, and
-which of exported C99 hostile flight reaches, over all pairs together.
+"""Coverage of the code that flies: which lines and branches of the runtime its tests reach, over all instantiations, and
+which lines of exported C99 hostile flights reach, over all pairs.
 
 usage: tests/coverage/coverage.py [--jobs N] [--keep] [--only runtime|c99] [--export-model FILE]
 
-  --jobs N             compilers beside each other (all cores)
-  --keep               take the programs of the last run in build/coverage, if their sources are older
-  --only PART          one of the two
+  --jobs N             number of parallel compilers (all cores)
+  --keep               reuse programs of the last run in build/coverage that are newer than their sources
+  --only PART          only the runtime, or only C99
   --export-model FILE  the program that exports (build/release/tests/codegen/nlo_export_model)
 
 Compiles tests/runtime/*_test.cpp by clang++ without optimisation, each also for the kernels that it has, and the C99 of
 PAIRS behind tests/fuzz/hostile_flight.cpp, runs them, and prints every line and every side of a branch that nothing
-reached. One that tests/coverage/unreached.md explains counts as reached; the run ends with exit 1 when another one is
+reached. A line that tests/coverage/unreached.md explains counts as reached; the exit code is 1 if another line is
 left, or when an explanation is no longer needed.
 """
 import argparse
@@ -32,8 +32,8 @@ EXPORT_MODEL = ROOT / "build/release/tests/codegen/nlo_export_model"
 EXPLAINED = ROOT / "tests/coverage/unreached.md"
 KERNELS = {"sse2": [], "scalar": ["-DNLO_SCALAR_KERNELS"], "avx512": ["-march=x86-64-v4"]}
 OF_KERNELS = ("activation", "gated_batch", "jvp", "kernels", "kkl_batch", "mlp", "tanh")
-LEFT_OUT = ("dispatch", "constant_time")  # other programs' headers; valgrind's business
-CODE = 0  # the kind of a region that runs
+LEFT_OUT = ("dispatch", "constant_time")  # tested by other programs, and by valgrind
+CODE = 0  # the kind of a region with executable code
 NO_INT16 = ("tiny_silu", "carried", "prior", "driven_error", "commanded_pendulum")
 # Variants of each structure in each scalar: plain, with inputs, with sensors that may fail, saturating.
 PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") for example in (
@@ -41,7 +41,7 @@ PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") fo
     "saturating_rig", "gated", "commanded_gated", "failing_gated", "carried", "prior", "driven_error", "commanded_pendulum",
     "commanded_general", "watched_rig", "watched_computed")
          if scalar != "int16" or example not in NO_INT16]
-STEPS_MILLIONS = 5  # steps of all pairs together
+STEPS_MILLIONS = 5  # millions of steps, summed over all pairs
 INSTRUMENTED = ["-O0", "-fprofile-instr-generate", "-fprofile-update=atomic", "-fcoverage-mapping"]
 
 
@@ -80,7 +80,7 @@ def compile_and_run(name, source, flags, keep):
 
 
 def fly_exports(export_model, pool):
-    """Hostile flight of all PAIRS in one program: they are counted alone."""
+    """Compiles the hostile flights of all PAIRS into one program, whose coverage is counted separately."""
     if not export_model.exists():
         sys.exit(f"{export_model} is missing: build nlo_export_model, or name it by --export-model")
     run([ROOT / "tests/fuzz/write_fleet.sh", export_model.resolve(), FLEET, *PAIRS])
@@ -95,7 +95,7 @@ def fly_exports(export_model, pool):
 
 
 def code_of(file, line, cache={}):
-    """A line of a measured file; of exports without what differs between them: their name, and the suffix of float."""
+    """Returns a line of a measured file; in exports without the name and the float suffix, which differ between them."""
     if file not in cache:
         cache[file] = pathlib.Path(file).read_text()
         if file.startswith(str(FLEET)):
@@ -126,7 +126,7 @@ def counts(names):
             for l1, c1, l2, c2, count, file, _, kind in function["regions"]:
                 where = function["filenames"][file]
                 if kind == CODE and is_measured(where):
-                    key = place("region", where, l1, c1)  # what `if constexpr` discards ends elsewhere
+                    key = place("region", where, l1, c1)  # a region that `if constexpr` discards ends at another place
                     regions[key] = regions.get(key, 0) + count
             for l1, c1, l2, c2, taken, passed, file, *_ in function["branches"]:
                 where = function["filenames"][file]
@@ -138,7 +138,7 @@ def counts(names):
 
 
 def unreached(regions, branches, of_runtime):
-    """(file, line number, what) of everything that was not reached. What `constexpr` stands before, compilers run."""
+    """(file, line number, what) of everything that was not reached. Lines with `constexpr` are left out, because compilers run them."""
     reached = {file for file, *_ in regions}
     for header in sorted(RUNTIME.rglob("*.*")):
         if of_runtime and str(header) not in reached and "{" in header.read_text():
@@ -147,7 +147,7 @@ def unreached(regions, branches, of_runtime):
         if count == 0:
             yield file, line, "never runs"
     for (file, line, c1, l2, c2), (taken, passed) in sorted(branches.items()):
-        if (taken == 0) != (passed == 0):  # neither: its region is told already
+        if (taken == 0) != (passed == 0):  # if neither side ran, its region is already listed
             condition = pathlib.Path(file).read_text().splitlines()[line - 1][c1 - 1:c2 - 1] if line == l2 else "..."
             yield file, line, f"`{condition}` is never {'true' if taken == 0 else 'false'}"
 
@@ -175,7 +175,7 @@ def report(regions, branches, only):
     print(f"{left} of the others without an explanation")
     stale = [code for code in re.findall(r"`([^`]+)`", explained.split("\n## ", 1)[1]) if code not in used]
     if only:
-        stale = []  # the other part may need them
+        stale = []  # explanations of the other part may still be needed
     for code in stale:
         print(f"{EXPLAINED.name} explains what is reached now, or gone: {code}")
     return 1 if left or stale else 0

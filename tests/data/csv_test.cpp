@@ -42,7 +42,7 @@ TEST(Csv, ReadsNumbersAsTheyAreWritten) {
   EXPECT_EQ(table.column("x"), expected);
 }
 
-TEST(Csv, TakesCrLfAByteOrderMarkAndBlankLinesAtTheEnd) {
+TEST(Csv, AcceptsCrLfAByteOrderMarkAndBlankLinesAtTheEnd) {
   for (const char* text : {"a,b\n1,2", "a,b\n1,2\n", "a,b\r\n1,2\r\n",
                            "\xEF\xBB\xBF"
                            "a,b\r\n1,2\r\n\r\n\n",
@@ -61,7 +61,7 @@ TEST(Csv, KeepsCommasAndLineBreaksInsideQuotes) {
   EXPECT_EQ(table.line(1), 4);  // the quoted cell spans lines 2 and 3
 }
 
-TEST(Csv, DoesNotReadCellsOfColumnsThatNobodyAsksFor) {
+TEST(Csv, IgnoresCellsOfUnusedColumns) {
   EXPECT_EQ(parse("t,comment\n1,nan\n2,\n").column("t"), Eigen::Vector2d(1, 2));
 }
 
@@ -79,7 +79,7 @@ TEST(Csv, NamesTheLineOfARaggedRow) {
   EXPECT_THAT(error_in("a,b\n1,2\n3"), HasSubstr("the log ends inside a row: delete it"));
 }
 
-TEST(Csv, NamesTheCellThatIsNoFiniteNumber) {
+TEST(Csv, NamesTheCellThatIsNotAFiniteNumber) {
   EXPECT_THAT(error_in_column("t,y\n1,2\n2,nan\n", "y"), HasSubstr("a.csv:3:y: \"nan\" is not finite"));
   EXPECT_THAT(error_in_column("t,y\n1,-inf\n", "y"), HasSubstr("a.csv:2:y: \"-inf\" is not finite"));
   EXPECT_THAT(error_in_column("t,y\n1, \n", "y"), HasSubstr("a.csv:2:y: \"\" is empty"));
@@ -98,13 +98,13 @@ TEST(Csv, ShowsOnlyThePrintableStartOfABadCell) {
   EXPECT_LT(message.size(), 200u);
 }
 
-TEST(Csv, NamesTheColumnsThereAreAndTheNearest) {
+TEST(Csv, NamesTheExistingColumnsAndTheNearestName) {
   EXPECT_THAT(
       error_in_column("time,theta,alpha\n1,2,3\n", "tetha"),
       AllOf(HasSubstr("a.csv:1: no column \"tetha\" among time, theta, alpha"), HasSubstr("did you mean \"theta\"?")));
 }
 
-TEST(Csv, RefusesAHeadingThatOccursTwiceWhereItIsAskedFor) {
+TEST(Csv, RefusesADuplicateHeadingOnlyIfItIsUsed) {
   EXPECT_THAT(error_in_column("a,b,a\n1,2,3\n", "a"), HasSubstr("a.csv:1: the heading \"a\" occurs twice"));
   EXPECT_EQ(parse("a,b,a\n1,2,3\n").column("b")[0], 2.0);
 }
@@ -122,14 +122,14 @@ TEST(Csv, FindsTheHeadingsBelowAPreamble) {
   EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: there are numbers where the headings"));
 }
 
-TEST(Csv, LetsHeadingsThatARestartedLoggerWritesAgainPass) {
+TEST(Csv, SkipsHeadingsThatARestartedLoggerWritesAgain) {
   const CsvTable table = parse("t,x\n0,5\n1,6\nt,x\n0,7\n");
   EXPECT_EQ(table.column("x"), Eigen::Vector3d(5, 6, 7));
   EXPECT_EQ(table.line(2), 5);
   EXPECT_THAT(error_in_column("t,x\n0,5\n1,6\nt,y\n0,7\n", "x"), HasSubstr("a.csv:4:x: \"y\" is not a number"));
 }
 
-TEST(Csv, TakesARowBelowTheHeadingsForUnitsWhereItsCellsAre) {
+TEST(Csv, ReadsARowOfUnitsBelowTheHeadings) {
   for (const char* units : {"s,rad,rad/s", "[s],[rad],(rad/s)", "s,rad,rad/s\n"}) {
     const CsvTable table = parse(std::string("t,x,v\n") + units + "\n0,1,2\n1,2,3\n");
     EXPECT_EQ(table.rows(), 2) << units;
@@ -138,18 +138,18 @@ TEST(Csv, TakesARowBelowTheHeadingsForUnitsWhereItsCellsAre) {
   }
   EXPECT_EQ(parse("Logger\nt,x\ns,-\n0,1\n1,2\n").unit("x"), "");
   EXPECT_EQ(parse("t,x\n0,1\n1,2\n").unit("x"), "");
-  // A row of words among the first rows is wrong, and no heading.
+  // A row of words among the first rows is an error, not a header.
   EXPECT_THAT(error_in_column("t,x\n0,5\nERR,ERR\n1,6\n2,7\n3,8\n", "x"), HasSubstr("a.csv:3:x: \"ERR\" is not"));
   EXPECT_THAT(error_in_column("t,x\nnow,far\n0,1\n1,2\n", "x"), HasSubstr("no column \"x\" among now, far"));
 }
 
-TEST(Csv, ReadsLinesThatEndInACarriageReturnAlone) {
+TEST(Csv, ReadsLinesThatEndInACarriageReturn) {
   const CsvTable table = parse("t,x\r0,5\r1,6\r");
   EXPECT_EQ(table.column("x"), Eigen::Vector2d(5, 6));
   EXPECT_EQ(table.line(1), 3);
 }
 
-TEST(Csv, TakesTheWordsOfLoggersForAMissingValue) {
+TEST(Csv, TreatsTheWordsOfLoggersAsMissingValues) {
   for (const char* word : {"", "-", "--", "null", "NULL", "None", "NA", "N/A", "#N/A", "nan", "-nan(ind)", "1.#QNAN",
                            "-1.#IND", "1.#IND", "\"\""}) {
     std::vector<Eigen::Index> missing;
@@ -168,15 +168,15 @@ TEST(Csv, NamesACompressedFile) {
   EXPECT_THAT(error_in("PK\x03\x04..."), HasSubstr("a zip archive or a spreadsheet"));
 }
 
-TEST(CsvFormat, OfAFileIsItsOwnWhereItMakesALongerTable) {
-  const auto format = [](const char* text, CsvFormat told) { return format_in(text, told); };
+TEST(CsvFormat, IsThatOfTheFileIfItGivesALongerTable) {
+  const auto format = [](const char* text, CsvFormat configured) { return format_in(text, configured); };
   const CsvFormat comma, semicolon{.separator = ';', .decimal = ','};
   EXPECT_EQ(format("t;x\n0,0;1,5\n0,1;2,5\n", comma).separator, ';');
   EXPECT_EQ(format("t;x\n0,0;1,5\n0,1;2,5\n", comma).decimal, ',');
   EXPECT_EQ(format("t,x\n0.0,1.5\n0.1,2.5\n", semicolon).separator, ',');
   EXPECT_EQ(format("t,x\n0.0,1.5\n0.1,2.5\n", semicolon).decimal, '.');
   EXPECT_EQ(format("t;x\n0.0;1.5\n", semicolon).decimal, '.');
-  EXPECT_EQ(format("t;x\n0;1\n", semicolon).decimal, ',');  // as told where the file does not tell
+  EXPECT_EQ(format("t;x\n0;1\n", semicolon).decimal, ',');  // as configured if the file does not show it
   EXPECT_EQ(format("t,note\n0,a b\n1,c d\n", comma).separator, ',');
   EXPECT_EQ(format("x\n1\n2\n", semicolon).separator, ';');
 }
@@ -191,7 +191,7 @@ TEST(Csv, NamesTheSeparatorThatAFileSeemsToHave) {
               HasSubstr("if spaces separate the columns, set separator = \"space\""));
 }
 
-TEST(Csv, ReadsTheSeparatorAndTheDecimalsItIsTold) {
+TEST(Csv, UsesTheConfiguredSeparatorAndDecimalMark) {
   struct Case {
     const char* text;
     CsvFormat format;
@@ -219,17 +219,17 @@ TEST(Csv, NamesWrongDecimalMarks) {
   EXPECT_THAT(error_in_column("a;b\n1,2,3;2\n", "a", {.separator = ';', .decimal = ','}), HasSubstr("is not a number"));
 }
 
-TEST(Csv, LetsCommentLinesPassAndCountsThem) {
+TEST(Csv, SkipsCommentLinesButCountsThem) {
   const CsvTable table = parse("# rig 3\n  # 2026-01-05, \"open\r\na,b\n1,2\n# paused\n#\n3,4\n# end");
   EXPECT_EQ(table.column("b"), Eigen::Vector2d(2, 4));
   EXPECT_EQ(table.line(0), 4);
   EXPECT_EQ(table.line(1), 7);
   EXPECT_THAT(error_in_column("#\n#\na,b\n1,2\n", "c"), HasSubstr("a.csv:3: no column \"c\""));
-  EXPECT_EQ(parse("a,b\n1,\"#2\"\n").column("a")[0], 1.0);  // control: within a row it is a mark like others
+  EXPECT_EQ(parse("a,b\n1,\"#2\"\n").column("a")[0], 1.0);  // control: within a row # is an ordinary character
   EXPECT_THAT(error_in_column("a,b\n1,#2\n", "b"), HasSubstr("\"#2\" is not a number"));
 }
 
-TEST(Csv, NamesAHeaderThatIsMissingOrAComment) {
+TEST(Csv, ReportsAMissingOrCommentedHeader) {
   EXPECT_THAT(
       error_in("# time, y\n0,1\n1,2\n"),
       HasSubstr(
@@ -248,7 +248,7 @@ TEST(Csv, NamesUtf16AndTheCommandThatConvertsIt) {
         "converts it");
 }
 
-TEST(Csv, LetsMissingCellsPassWhereTheyMayBe) {
+TEST(Csv, AcceptsMissingCellsWhereTheyAreAllowed) {
   const CsvTable table = parse("t,y\n1,2\n2,\n3,NaN\n4,-nan\n5,NA\n6,\"\"\n7,nan(ind)\n8,5\n");
   std::vector<Eigen::Index> missing;
   const Eigen::VectorXd y = table.column("y", missing);
@@ -257,7 +257,7 @@ TEST(Csv, LetsMissingCellsPassWhereTheyMayBe) {
   EXPECT_EQ(y[7], 5.0);
   for (const Eigen::Index row : missing) EXPECT_TRUE(std::isnan(y[row])) << row;
   EXPECT_THAT(thrown_message([&] { table.column("y"); }),
-              HasSubstr("a.csv:3:y: \"\" is empty"));  // control: nowhere else
+              HasSubstr("a.csv:3:y: \"\" is empty"));  // control: in no other column
   missing.clear();
   EXPECT_EQ(table.column("t", missing), table.column("t"));
   EXPECT_TRUE(missing.empty());
@@ -273,17 +273,17 @@ TEST(Csv, RefusesQuotesThatDoNotClose) {
   EXPECT_THAT(error_in("a,b\n1,\"2\"x\n"), HasSubstr("a.csv:2: text follows a closing quote"));
 }
 
-TEST(Csv, OutlivesMovesOfShortTexts) {
+TEST(Csv, StaysValidAfterMovesOfShortTexts) {
   CsvTable table = parse("a\n1\n");
   const CsvTable moved = std::move(table);
   EXPECT_EQ(moved.column("a")[0], 1.0);
 }
 
-TEST(Csv, NamesAFileThatIsNotThere) {
+TEST(Csv, NamesAMissingFile) {
   EXPECT_THAT(thrown_message([] { CsvTable::read("/no/such/log.csv"); }), HasSubstr("/no/such/log.csv"));
 }
 
-TEST(Csv, MakesNumbersOrAnErrorOfAnyBytes) {
+TEST(Csv, GivesNumbersOrAnErrorForAnyBytes) {
   constexpr unsigned kSeed = 11;
   std::mt19937 engine(kSeed);
   const std::string good = "t,\"y, in m\",z\r\n0,1.5,-2\n1,\"2.5\",3e-4\n2,3.5,4\n";
@@ -320,8 +320,8 @@ TEST(Csv, ReadsFiveThousandRowsInMilliseconds) {
   const double elapsed_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   RecordProperty("elapsed_ms", std::to_string(elapsed_ms));
   EXPECT_GT(sum, 0.0);
-  // Measured: 4 ms. The bound allows for a debug build with sanitizers on a busy machine; it is there to find what is
-  // quadratic.
+  // Measured: 4 ms. The limit allows for a debug build with sanitizers on a busy machine; the test finds quadratic run
+  // time.
   EXPECT_LT(elapsed_ms, 1000.0);
 }
 

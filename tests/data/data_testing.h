@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Helpers for tests of the loader: columns in one line, a small log of an invented rig, and a fixture that loads one
-// log from a text.
+// Helpers for tests of the loader: columns in one line, a small log of a made-up rig, and a fixture that loads a log
+// from a text.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -38,8 +38,8 @@ inline ColumnConfig column(const std::string& name, ColumnRole role, const Colum
   return config;
 }
 
-/// A wheel that swings: phi = 2 sin(2 t) + 3 t, sampled at 200 Hz with a clock that jitters by 5 %, logged wrapped to
-/// (-pi, pi] from t = 3.1 s on, with columns in an odd order and one of text.
+/// A wheel that swings: phi = 2 sin(2 t) + 3 t, sampled at 200 Hz with 5 % of clock jitter, from t = 3.1 s on, logged
+/// wrapped to (-pi, pi], with shuffled columns, one of them text.
 struct SyntheticLog {
   int samples = 600;
   double period_s = 0.005;
@@ -60,7 +60,7 @@ struct SyntheticLog {
     return text;
   }
 
-  /// Measures phi, estimates its velocity.
+  /// Measures phi and estimates its velocity.
   static LogConfig config() {
     LogConfig log;
     log.columns = {column("t", ColumnRole::kTime, {.column = "time", .unit = "s"}),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A known delay is found, no delay is found where there is none, and logs that do not determine a delay are recognised.
-// [[log.columns]] delay_s: the loader converts u to the time at which it acts.
+// Known delays are found, no delay is found if there is none, and logs that do not determine a delay are recognised.
+// [[log.columns]] delay_s: the loader shifts u to the time at which it acts.
 #include "trainer/data/delay_search.h"
 
 #include <gmock/gmock.h>
@@ -28,12 +28,12 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr double kRight = 0.1;    // samples
-constexpr double kLongest = 8.0;  // samples; the program tries 32, which takes minutes under sanitizers
+constexpr double kLongest = 8.0;  // samples; the program tries up to 32, which takes minutes with sanitizers
 constexpr double kFind = std::numeric_limits<double>::quiet_NaN();
 
-/// x1' = x2, x2' = -9 sin x1 - 0.4 x2 + 6 (gain) u(t - d) at 50 Hz, by midpoint steps; u in steps of 12 samples, as
-/// commands are held (zero_order), or low-passed and linear between samples. Measured:
-/// the position (relative degree 2) or the speed.
+/// x1' = x2, x2' = -9 sin x1 - 0.4 x2 + 6 (gain) u(t - d) at 50 Hz, by midpoint steps. u either steps every 12 samples,
+/// as held commands do (zero_order), or is low-passed and linear between samples. The position (relative degree 2) or
+/// the speed is measured.
 struct PushedPendulum {
   double delay = 0.0, noise = 0.0, gain = 1.0;
   bool position = true;
@@ -89,7 +89,7 @@ TEST(DelaySearch, FindsAFractionalDelayToATenthOfASample) {
     }
 }
 
-TEST(DelaySearch, FindsNoDelayInDataWithoutDelay) {
+TEST(DelaySearch, FindsNoDelayIfThereIsNone) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder})
     for (const bool position : {true, false})
       EXPECT_NEAR((PushedPendulum{.delay = 0.0, .position = position, .hold = hold}.found().samples), 0.0, kRight);
@@ -100,7 +100,7 @@ TEST(DelaySearch, FindsTheDelayDespiteNoise) {
   EXPECT_NEAR((PushedPendulum{.delay = 2.4, .noise = 0.01, .position = false}.found().samples), 2.4, kRight);
 }
 
-TEST(DelaySearch, SaysWhenAnInputMovesNothing) {
+TEST(DelaySearch, ReportsAnInputWithoutEffect) {
   try {
     const FoundDelay found = PushedPendulum{.delay = 2.4, .noise = 0.01, .gain = 0.0}.found();
     EXPECT_GT(found.deviation, 0.5) << "found " << found.samples << " where u does nothing";
@@ -109,9 +109,9 @@ TEST(DelaySearch, SaysWhenAnInputMovesNothing) {
   }
 }
 
-TEST(DelaySearch, TwoInputsHaveDelaysOfTheirOwn) {
+TEST(DelaySearch, FindsADelayForEachOfTwoInputs) {
   std::vector<DelayRun> first = PushedPendulum{.delay = 3.25}.runs();
-  for (DelayRun& run : first) {  // a second input, which one more quantity follows at once
+  for (DelayRun& run : first) {  // a second input, with a quantity that follows it without delay
     Eigen::MatrixXd both(2, run.inputs.cols()), measured(2, run.inputs.cols());
     both << run.inputs, run.inputs.rowwise().reverse();
     measured << run.measured, Eigen::RowVectorXd::Zero(run.inputs.cols());
@@ -126,21 +126,21 @@ TEST(DelaySearch, TwoInputsHaveDelaysOfTheirOwn) {
 
 constexpr double kRow_s = 0.01;
 
-TEST(Delayed, MovesARampAndASinusoidByAFraction) {
+TEST(Delayed, ShiftsARampAndASinusoidByAFractionOfASample) {
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(400, 0.0, 3.99);
   const double delay_s = 0.0237;
   const Eigen::VectorXd ramp = delayed(time_s, 3.0 * time_s, delay_s),
                         wave = delayed(time_s, (5.0 * time_s.array()).sin().matrix(), delay_s);
-  constexpr double kChord = 5.0 * 5.0 * kRow_s * kRow_s / 8.0;  // largest error of a line between samples
+  constexpr double kChord = 5.0 * 5.0 * kRow_s * kRow_s / 8.0;  // largest error of linear interpolation
   for (Eigen::Index k = 3; k < time_s.size(); ++k) {
     ASSERT_NEAR(ramp[k], 3.0 * (time_s[k] - delay_s), 1e-12);
     ASSERT_NEAR(wave[k], std::sin(5.0 * (time_s[k] - delay_s)), 1.001 * kChord);
   }
   EXPECT_EQ(ramp[0], 0.0);
-  EXPECT_EQ(ramp[2], 0.0);  // the first value stands for what came before
+  EXPECT_EQ(ramp[2], 0.0);  // before the first sample, its value is used
 }
 
-TEST(Delayed, TakesUnevenStampsAtTheirWord) {
+TEST(Delayed, UsesUnevenTimeStamps) {
   Eigen::VectorXd time_s(4), values(4);
   time_s << 0.0, 1.0, 1.5, 4.0;
   values << 0.0, 2.0, 3.0, 8.0;  // 2 t
@@ -150,7 +150,7 @@ TEST(Delayed, TakesUnevenStampsAtTheirWord) {
   EXPECT_DOUBLE_EQ(late[3], 6.5);
 }
 
-/// y' = 4 (u - y), u held: commands of steps that act 2.6 rows late, or at once.
+/// y' = 4 (u - y) with u held: step commands that act 2.6 rows late, or at once.
 class LogDelays : public ::testing::Test {
  protected:
   void write_log(double late) {
@@ -179,7 +179,7 @@ class LogDelays : public ::testing::Test {
   ScratchDirectory scratch_;
 };
 
-TEST_F(LogDelays, ReadsTheColumnThatMuchLater) {
+TEST_F(LogDelays, ShiftTheColumnByTheDelay) {
   write_log(0.0);
   LogConfig log = config();
   const Dataset plain = load_logs(log, scratch_.path(), {"log.csv"});
@@ -192,7 +192,7 @@ TEST_F(LogDelays, ReadsTheColumnThatMuchLater) {
   EXPECT_EQ(late.trajectories[0].outputs, plain.trajectories[0].outputs);
 }
 
-TEST_F(LogDelays, AreFoundInTheTrainingLogsAndWrittenIntoTheColumn) {
+TEST_F(LogDelays, AreEstimatedFromTheTrainingLogsAndStoredInTheColumn) {
   for (const double late : {0.0, 2.6}) {
     write_log(late);
     LogConfig log = config();
@@ -206,7 +206,7 @@ TEST_F(LogDelays, AreFoundInTheTrainingLogsAndWrittenIntoTheColumn) {
   }
 }
 
-TEST_F(LogDelays, MustBeKnownWhereALogIsReadAndBelongToInputs) {
+TEST_F(LogDelays, MustBeKnownWhenALogIsReadAndBelongToInputs) {
   write_log(0.0);
   LogConfig log = config();
   log.columns[3].find_delay = true;
@@ -227,7 +227,7 @@ TEST(DelaysInFlight, AreInSamplesOfTheObserver) {
   EXPECT_EQ(delays_in_flight(LogConfig{}, 0.01), "");
 }
 
-/// Logs of two outputs and an input that wander on their own; x is what `state` makes of them, and a little noise.
+/// Logs of two outputs and an input that vary independently; x is the function `state` of them plus a little noise.
 Dataset wandering_logs(int logs, const std::function<double(double a, double b, double u)>& state) {
   Dataset data;
   data.outputs = {{"a", "", 0.0}, {"b", "", 0.0}};
@@ -257,25 +257,25 @@ Dataset wandering_logs(int logs, const std::function<double(double a, double b, 
   return data;
 }
 
-TEST(ProductSearch, FindsTheProductsThatAStateIsMadeOf) {
+TEST(ProductSearch, FindsTheProductsInAState) {
   const auto found =
       find_products(wandering_logs(4, [](double a, double b, double u) { return a * u + 0.5 * b * b + a; }));
   ASSERT_EQ(found.size(), 2u);
-  EXPECT_EQ(found[0].expression, "a * u");  // the larger part
+  EXPECT_EQ(found[0].expression, "a * u");  // the product with the larger share
   EXPECT_EQ(found[0].name, "a_u");
   EXPECT_EQ(found[1].expression, "b^2");
   EXPECT_EQ(found[1].name, "b_squared");
   EXPECT_GT(found[0].gain, 0.3);
 }
 
-TEST(ProductSearch, FindsNoneWhereASumOfChannelsIsAsGood) {
+TEST(ProductSearch, FindsNoneIfASumOfChannelsIsAsAccurate) {
   EXPECT_TRUE(find_products(wandering_logs(4, [](double a, double b, double u) { return a - 2.0 * b + u; })).empty());
 }
 
-TEST(ProductSearch, FindsNoneWhereTooFewLogsCouldSaySo) {
+TEST(ProductSearch, FindsNoneInTooFewLogs) {
   const auto product = [](double a, double, double u) { return a * u; };
   EXPECT_TRUE(find_products(wandering_logs(2, product)).empty());
-  EXPECT_FALSE(find_products(wandering_logs(3, product)).empty());  // the control
+  EXPECT_FALSE(find_products(wandering_logs(3, product)).empty());  // control
 }
 
 TEST(ProductSearch, UsesNeitherWrappedAnglesNorComputedOutputs) {

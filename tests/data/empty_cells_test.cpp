@@ -19,8 +19,8 @@ using ::testing::HasSubstr;
 
 using EmptyCellsOfLogs = LoadingLogs;
 
-/// t, a measured, b the truth and u an input: 400 rows at 100 Hz, with the cell of row k in a column left empty where
-/// `empty` says so.
+/// t, a measured output a, the truth b and an input u: 400 rows at 100 Hz. The cell of row k in a column is empty if
+/// `empty` returns true.
 std::string holey_log(const std::function<bool(int, char)>& empty) {
   std::string text = "time,a,b,u\n";
   for (int k = 0; k < 400; ++k) {
@@ -40,7 +40,7 @@ LogConfig holey_config() {
   return config;
 }
 
-TEST_F(EmptyCellsOfLogs, AnEmptyCellIsMissingInAnOutputHeldInAnInputAndUnscoredInAState) {
+TEST_F(EmptyCellsOfLogs, AnEmptyCellMeansMissingForAnOutputHeldForAnInputAndUnscoredForAState) {
   const Dataset whole = load(holey_config(), holey_log([](int, char) { return false; }));
   EXPECT_TRUE(report_.notes.empty()) << report_.notes[0];  // control
   EXPECT_EQ(whole.trajectories[0].missing.size(), 0);
@@ -61,7 +61,8 @@ TEST_F(EmptyCellsOfLogs, AnEmptyCellIsMissingInAnOutputHeldInAnInputAndUnscoredI
     ASSERT_EQ(std::isnan(run.measured()(0, k)), lost) << k;
     ASSERT_EQ(run.inputs(0, k), full.inputs(0, k == 300 ? 299 : k)) << k;
     ASSERT_EQ(run.weight[k], empty(k, 'b') ? 0.0 : 1.0) << k;
-    ASSERT_NEAR(run.states(0, k), full.states(0, k), 1e-9) << k;  // a line through the hole, and b is one
+    // Linear interpolation across the gap, and b is linear.
+    ASSERT_NEAR(run.states(0, k), full.states(0, k), 1e-9) << k;
   }
   EXPECT_THAT(
       report_.notes,
@@ -73,7 +74,7 @@ TEST_F(EmptyCellsOfLogs, AnEmptyCellIsMissingInAnOutputHeldInAnInputAndUnscoredI
                   HasSubstr("\"u\" has no value in 0.25 % of the rows (1 of 400")));
 }
 
-TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodLacksOnlyTheSamplesThatWereDue) {
+TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodMissesOnlySamplesThatWereDue) {
   const auto slow = [](int k, char column) { return column == 'a' && k % 20 != 0; };
   const Dataset unsaid = load(holey_config(), holey_log(slow));
   EXPECT_EQ(unsaid.outputs[0].period_s, 0.0);
@@ -88,7 +89,7 @@ TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodLacksOnlyTheSamplesThatWereDue)
   const auto lossy = [&](int k, char column) { return slow(k, column) || (column == 'a' && k > 100 && k < 170); };
   load(config, holey_log(lossy));
   EXPECT_THAT(report_.notes,
-              ElementsAre(HasSubstr("\"a\" lacks 3 of its 21 samples of period_s = 0.2 s (none for up to "
+              ElementsAre(HasSubstr("\"a\" lacks 3 of its 21 samples with period_s = 0.2 s (none for up to "
                                     "0.8 s, in log.csv)")));
   config.columns[1].period_s = 0.012;
   EXPECT_THAT(error_in(config, holey_log(slow)),
@@ -98,7 +99,7 @@ TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodLacksOnlyTheSamplesThatWereDue)
   EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is for columns with role \"output\""));
 }
 
-TEST(RegularSpacing, IsTheMeanOfThoseNearTheMedianIfTheyAreNineOfTen) {
+TEST(RegularSpacing, IsTheMeanOfTheSpacingsNearTheMedianIfTheyAreNineOfTen) {
   const auto spacing = [](const std::function<bool(Eigen::Index)>& has_value) {
     std::vector<Eigen::Index> empty;
     for (Eigen::Index row = 0; row < 200; ++row)
@@ -106,15 +107,16 @@ TEST(RegularSpacing, IsTheMeanOfThoseNearTheMedianIfTheyAreNineOfTen) {
     return regular_spacing(empty, 200);
   };
   EXPECT_EQ(spacing([](auto row) { return row % 8 == 3; }), 8);
-  EXPECT_EQ(spacing([](auto row) { return row % 8 == (row / 8) % 2; }), 8) << "a jitter of one row: 7 or 9";
-  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row != 83; }), 8) << "one lost";
-  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row / 8 % 3 != 0; }), 0) << "control: a third lost";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == (row / 8) % 2; }), 8) << "jitter of one row: 7 or 9 rows apart";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row != 83; }), 8) << "one value is missing";
+  EXPECT_EQ(spacing([](auto row) { return row % 8 == 3 && row / 8 % 3 != 0; }), 0)
+      << "control: a third of the values is missing";
   EXPECT_EQ(spacing([](auto row) { return row % 8 != 3; }), 0) << "control: a value in most rows";
   EXPECT_EQ(spacing([](auto) { return true; }), 0);
-  EXPECT_EQ(spacing([](auto row) { return row % 80 == 0; }), 0) << "three values tell no period";
+  EXPECT_EQ(spacing([](auto row) { return row % 80 == 0; }), 0) << "three values do not determine a period";
 }
 
-TEST_F(EmptyCellsOfLogs, ARunBeginsWhereEveryOutputAndInputHasAValue) {
+TEST_F(EmptyCellsOfLogs, ARunBeginsWhenEveryOutputAndInputHasAValue) {
   const Dataset data = load(holey_config(), holey_log([](int k, char column) {
                               return (column == 'a' && k < 7) || (column == 'u' && k < 12) || (column == 'b' && k < 50);
                             }));
@@ -123,29 +125,29 @@ TEST_F(EmptyCellsOfLogs, ARunBeginsWhereEveryOutputAndInputHasAValue) {
   EXPECT_EQ(run.samples(), 388);
   EXPECT_EQ(run.time_s[0], 0.0);
   EXPECT_NEAR(run.outputs(0, 0), std::sin(0.05 * 12), 1e-6);
-  EXPECT_EQ(run.weight.head(38).sum(), 0.0);  // the truth begins later: the observer runs in meanwhile
+  EXPECT_EQ(run.weight.head(38).sum(), 0.0);  // the truth begins later; the observer already runs
   EXPECT_EQ(run.weight.tail(350).sum(), 350.0);
-  EXPECT_THAT(report_.notes, Contains(HasSubstr("log.csv: 12 rows are left out")));
+  EXPECT_THAT(report_.notes, Contains(HasSubstr("log.csv: 12 rows at the start of runs are left out")));
 }
 
 TEST_F(EmptyCellsOfLogs, NamesAllColumnsThatAreMostlyEmpty) {
-  // Three topics in one table: each row has one of them.
+  // Three topics in one table: each row has a value of one topic.
   const Dataset data = load(holey_config(), holey_log([](int k, char column) { return column != "abu"[k % 3]; }));
-  EXPECT_EQ(report_.notes.size(), 4u);  // three columns and the first two rows
+  EXPECT_EQ(report_.notes.size(), 4u);  // three columns, and a note on the first two rows
   for (const char* name : {"\"a\"", "\"b\"", "\"u\""})
     EXPECT_THAT(report_.notes,
                 Contains(AllOf(HasSubstr(name), HasSubstr("has no value in 66."), HasSubstr(", mostly empty: "))));
-  EXPECT_EQ(data.trajectories[0].weight.sum(), 132.0);  // 133 rows have b, one of them before the first u
+  EXPECT_EQ(data.trajectories[0].weight.sum(), 132.0);  // 133 rows have b, one of which precedes the first u
   EXPECT_THAT(error_in(holey_config(), holey_log([](int k, char column) { return column == 'a' || k % 5 > 1; })),
               HasSubstr("log.csv: no row has a value of \"a\"; mostly empty: \"b\" (60 %), \"u\" (60 %): leave the log "
-                        "out, or take the column out of [[log.columns]]"));
+                        "out, or remove the column from [[log.columns]]"));
   LogConfig two = holey_config();
   two.columns.push_back(column("c", ColumnRole::kState, {.column = "a"}));
   EXPECT_THAT(error_in(two, holey_log([](int k, char column) { return column == "ab"[k % 2]; })),
               HasSubstr("no row has a value of every state"));
 }
 
-TEST_F(EmptyCellsOfLogs, AVelocityIsUnscoredAroundALongHoleOfItsPosition) {
+TEST_F(EmptyCellsOfLogs, AVelocityIsUnscoredAroundALongGapOfItsPosition) {
   LogConfig config = holey_config();
   config.columns[2] = column("b", ColumnRole::kState, {.derivative_of = "a"});
   const auto scored = [&](int from, int to) {
@@ -154,19 +156,19 @@ TEST_F(EmptyCellsOfLogs, AVelocityIsUnscoredAroundALongHoleOfItsPosition) {
     const Trajectory& run = data.trajectories[0];
     for (int k = 0; k < run.samples(); ++k) {
       if (run.weight[k] > 0.0) {
-        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // the amplitude is 5
+        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // of an amplitude of 5
       }
     }
     return run.weight;
   };
   const Eigen::VectorXd all = scored(0, 0), two = scored(200, 202), long_hole = scored(200, 230);
   for (int k = 0; k < 400; ++k) {
-    ASSERT_EQ(two[k], k == 200 || k == 201 ? 0.0 : all[k]) << k;  // .03 s: shorter than a period of the cut-off
+    ASSERT_EQ(two[k], k == 200 || k == 201 ? 0.0 : all[k]) << k;  // .03 s, shorter than a period of the cut-off
     ASSERT_EQ(long_hole[k], k > 199 - 20 && k < 230 + 20 ? 0.0 : all[k]) << k;
   }
 }
 
-TEST_F(EmptyCellsOfLogs, MissingCellsGoWithTheirRowsWhereALogIsThinned) {
+TEST_F(EmptyCellsOfLogs, MissingCellsStayWithTheirRowsIfALogIsThinned) {
   LogConfig config = holey_config();
   config.every = 4;
   const Dataset data = load(config, holey_log([](int k, char column) { return column == 'a' && k >= 101 && k < 110; }));

@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// 1000 samples in two logs.
+/// Searches 1000 samples in two logs.
 ImpossibleValues found_in(const std::function<double(int)>& value, bool is_command = false) {
   Eigen::VectorXd x(1000);
   for (int k = 0; k < 1000; ++k) x[k] = value(k);
@@ -38,22 +38,24 @@ double sway(int k) {
   return 3.0 * std::sin(0.1 * k);
 }
 
-TEST(ImpossibleValues, AreFarOutsideOfAllOthers) {
+TEST(ImpossibleValues, AreFarOutsideOfAllOtherValues) {
   for (const double value : {-9999.0, -99.9, 65535.0, 655.35, -32768.0, 3.4028234663852886e38, -1e31, 77.0})
     EXPECT_THAT(values_in([&](int k) { return k % 97 == 5 ? value : sway(k); }), ElementsAre(value)) << value;
   EXPECT_THAT(values_in([](int k) { return k % 97 == 5    ? -9999.0
                                            : k % 211 == 9 ? 65535.0
                                                           : sway(k); }),
               ElementsAre(-9999.0, 65535.0));
-  EXPECT_THAT(values_in([](int k) { return k / 100 == 3 ? -9999.0 : sway(k); }), ElementsAre(-9999.0)) << "for long";
+  EXPECT_THAT(values_in([](int k) { return k / 100 == 3 ? -9999.0 : sway(k); }), ElementsAre(-9999.0))
+      << "also in long bursts";
   EXPECT_THAT(values_in([](int k) { return k % 97 == 5 ? 4095.0 : 1500.0 + 500.0 * sway(k) / 3.0; }),
               ElementsAre(4095.0))
-      << "a converter that reads 1000 to 2000";
-  EXPECT_THAT(values_in([](int k) { return k % 97 == 5 ? -999.0 : k / 100 % 2; }), ElementsAre(-999.0)) << "a flag";
+      << "an AD converter with values from 1000 to 2000";
+  EXPECT_THAT(values_in([](int k) { return k % 97 == 5 ? -999.0 : k / 100 % 2; }), ElementsAre(-999.0))
+      << "also in a column of flags";
   EXPECT_THAT(values_in([](int k) { return k % 97 == 5 ? 0.0 : 1013.0 + sway(k); }), ElementsAre(0.0));
 }
 
-TEST(ImpossibleValues, AreCountedAndPlaced) {
+TEST(ImpossibleValues, HaveACountAndAPlace) {
   const ImpossibleValues found = found_in([](int k) { return k % 97 == 5 ? -9999.0 : k == 450 ? 1e35 : sway(k); });
   EXPECT_EQ(found.count, 12);
   EXPECT_EQ(found.all, 1000);
@@ -79,32 +81,34 @@ TEST(ImpossibleValues, AreNotTheReadingsOfASpikySensor) {
   EXPECT_THAT(values_in([&](int k) { return noise(engine) + (k == 500 ? 300.0 : 0.0); }), IsEmpty()) << "one impact";
   EXPECT_THAT(values_in([&](int k) { return std::min(500.0, k % 50 < 3 ? 5.0 * impact(engine) : noise(engine)); }),
               IsEmpty())
-      << "a contact force that saturates at times";
+      << "a contact force that sometimes saturates";
   EXPECT_THAT(values_in([&](int k) { return k % 30 == 0 ? std::exp(0.02 * k) : noise(engine); }), IsEmpty());
 }
 
-TEST(ImpossibleValues, AreNotCommandsAtAnEndStop) {
+TEST(ImpossibleValues, AreNotCommandsAtALimit) {
   const auto one_end = [](int k) { return k % 40 < 4 ? 100.0 : sway(k); };
   const auto both_ends = [](int k) { return k % 40 < 4 ? 100.0 : k % 40 > 35 ? -100.0 : sway(k); };
   EXPECT_THAT(values_in(one_end, true), IsEmpty());
   EXPECT_THAT(values_in(both_ends, true), IsEmpty());
-  EXPECT_THAT(values_in(both_ends), IsEmpty()) << "even where nobody says that it is a command";
+  EXPECT_THAT(values_in(both_ends), IsEmpty()) << "even if the column is not declared as a command";
   EXPECT_THAT(values_in([&](int k) { return k % 97 == 5 ? -9999.0 : both_ends(k); }, true), ElementsAre(-9999.0));
-  EXPECT_THAT(values_in([](int k) { return k / 100 % 2 == 0 ? 0.0 : 100.0; }), IsEmpty()) << "a valve";
+  EXPECT_THAT(values_in([](int k) { return k / 100 % 2 == 0 ? 0.0 : 100.0; }), IsEmpty())
+      << "a valve that is open or closed";
 }
 
-TEST(ImpossibleValues, AreNotTheEndOfASensorThatSaturates) {
+TEST(ImpossibleValues, AreNotTheLimitOfASensorThatSaturates) {
   EXPECT_THAT(values_in([](int k) { return std::min(4095.0, std::round(3000.0 + 500.0 * sway(k))); }), IsEmpty());
   EXPECT_THAT(values_in([](int k) { return k / 100 % 2 == 0 ? 4095.0 : 1500.0 + 500.0 * sway(k) / 3.0; }), IsEmpty())
-      << "for half of the samples";
+      << "saturated for half of the samples";
   EXPECT_THAT(values_in([](int k) { return k / 100 % 3 == 0 ? 4095.0 : 1500.0 + 500.0 * sway(k) / 3.0; }), IsEmpty())
-      << "for a second each";
+      << "saturated for a second at a time";
 }
 
 TEST(ImpossibleValues, AreNotFoundInAColumnWithoutThem) {
   EXPECT_THAT(values_in(sway), IsEmpty());
   EXPECT_THAT(values_in([](int k) { return k / 100 == 3 ? 77.0 : sway(k); }), IsEmpty()) << "another state of the rig";
-  EXPECT_THAT(values_in([](int k) { return k % 5 != 0 ? -9999.0 : sway(k); }), IsEmpty()) << "nearly all of it";
+  EXPECT_THAT(values_in([](int k) { return k % 5 != 0 ? -9999.0 : sway(k); }), IsEmpty())
+      << "most samples have this value";
   EXPECT_THAT(values_in([](int k) { return std::exp(0.01 * k); }), IsEmpty());
   EXPECT_THAT(values_in([](int k) { return k % 97 == 5 ? 99.0 : 90.0 * std::sin(0.1 * k); }), IsEmpty());
   EXPECT_THAT(values_in([](int) { return 7.0; }), IsEmpty());
@@ -113,7 +117,7 @@ TEST(ImpossibleValues, AreNotFoundInAColumnWithoutThem) {
 
 class MissingValues : public LoadingLogs {
  protected:
-  /// The angle is `cell` in every hundredth row.
+  /// A log whose angle is `cell` in every hundredth row.
   static std::string csv(const char* cell = "-9999") {
     std::string text = "time,y,x\n";
     for (int k = 0; k < 600; ++k) {
@@ -132,7 +136,7 @@ class MissingValues : public LoadingLogs {
   }
 };
 
-TEST_F(MissingValues, AreNamedByLineColumnShareAndKeyAndByNoOtherNote) {
+TEST_F(MissingValues, AreReportedOnceWithLineColumnShareAndKey) {
   load(config(), csv());
   EXPECT_THAT(report_.notes, ElementsAre("log.csv:52: \"y\" is -9999 there and in 1 % of its rows, -3 to 3 elsewhere: "
                                          "unless these are readings, write missing = [-9999] at the column"));
@@ -142,7 +146,7 @@ TEST_F(MissingValues, AreNamedByLineColumnShareAndKeyAndByNoOtherNote) {
   EXPECT_THAT(report_.notes, IsEmpty());
 }
 
-TEST_F(MissingValues, AreMissingSamplesWhereAKeyNamesThem) {
+TEST_F(MissingValues, AreMissingSamplesIfAKeyNamesThem) {
   for (const bool of_column : {false, true})
     for (const char* cell : {"-9999", "-9999.0", "-9.999e3", "ERR"}) {
       LogConfig log = config();
@@ -152,27 +156,28 @@ TEST_F(MissingValues, AreMissingSamplesWhereAKeyNamesThem) {
       ASSERT_EQ(run.samples(), 600);
       EXPECT_EQ(run.missing.count(), 6) << cell;
       EXPECT_TRUE(run.missing(0, 50));
-      EXPECT_NEAR(run.outputs(0, 50), sway(49), 1e-6) << "held";
+      EXPECT_NEAR(run.outputs(0, 50), sway(49), 1e-6) << "the last value is held";
       EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("\"y\" has no value in 1 % of the rows")));
     }
   LogConfig other = config();
   other.columns[2].missing = {"ERR"};
   EXPECT_THAT(error_in(other, csv("ERR")),
-              HasSubstr("log.csv:52:y: \"ERR\" is not a number: correct the row or delete it; where it stands for no "
+              HasSubstr("log.csv:52:y: \"ERR\" is not a number: correct the row or delete it; if it marks a missing "
                         "value, write missing = [\"ERR\"] at the column"));
 }
 
-TEST_F(MissingValues, OfATruthAreNotScored) {
+TEST_F(MissingValues, AreNotScoredInATruth) {
   LogConfig log = config();
   std::swap(log.columns[1].role, log.columns[2].role);
   log.missing = {"-9999"};
   EXPECT_EQ(load(log, csv()).trajectories[0].weight.sum(), 594.0);
   log.missing.clear();
   load(log, csv());
-  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("write missing = [-9999]"))) << "once, and not as an outlier";
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("write missing = [-9999]")))
+      << "reported once, and not as an outlier";
 }
 
-TEST_F(MissingValues, OfAnAngleAreMissingInItsVelocity) {
+TEST_F(MissingValues, AreMissingInTheVelocityOfAnAngle) {
   LogConfig log = config();
   log.columns[1].missing = {"-9999"};
   log.columns[2] = column("rate", ColumnRole::kState, {.derivative_of = "y"});
@@ -181,7 +186,7 @@ TEST_F(MissingValues, OfAnAngleAreMissingInItsVelocity) {
   EXPECT_LT(data.trajectories[0].states.cwiseAbs().maxCoeff(), 100.0);
 }
 
-TEST_F(MissingValues, ApplyNeitherToTheTimeNorToAnExpression) {
+TEST_F(MissingValues, DoNotApplyToTimeOrExpressions) {
   LogConfig log = config();
   log.columns[0].missing = {"0"};
   EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not for the time")));

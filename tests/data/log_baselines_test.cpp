@@ -29,7 +29,7 @@ VectorXd jittering_time(Index samples) {
   return time;
 }
 
-/// A measured position (noisy sine) and two states: its velocity, and something hidden.
+/// A measured position (a noisy sine) and two states: its velocity, and a hidden state.
 Dataset swinging(double noise, unsigned seed) {
   std::mt19937 engine(seed);
   std::normal_distribution<double> normal;
@@ -65,14 +65,14 @@ TEST(EndPointPolynomial, IsExactOnPolynomialsOfItsDegree) {
   EXPECT_GT((end_point_estimate({20, 1}, 1, t, y) - slope).tail(40).cwiseAbs().maxCoeff(), 0.1);  // control
 }
 
-TEST(EndPointPolynomial, OfTwoSamplesIsTheBackwardDifference) {
+TEST(EndPointPolynomial, WithTwoSamplesIsTheBackwardDifference) {
   const VectorXd t = jittering_time(50), y = (10.0 * t).array().sin();
   const VectorXd slope = end_point_estimate({2, 1}, 1, t, y);
   EXPECT_EQ(slope[0], 0.0);
   for (Index k = 1; k < 50; ++k) EXPECT_NEAR(slope[k], (y[k] - y[k - 1]) / (t[k] - t[k - 1]), kFitRounding);
 }
 
-TEST(EndPointPolynomial, DoesNotLookAhead) {
+TEST(EndPointPolynomial, UsesNoFutureSamples) {
   const VectorXd t = jittering_time(50), y = (10.0 * t).array().sin();
   VectorXd other = y;
   other.tail(20).setConstant(1e6);
@@ -81,7 +81,7 @@ TEST(EndPointPolynomial, DoesNotLookAhead) {
               VectorXd(end_point_estimate({8, 2}, derivative, t, other).head(30)));
 }
 
-TEST(LogBaseline, ConstantIsTheTrainingMeanWhereTruthCounts) {
+TEST(LogBaseline, ConstantIsTheMeanOfTheUnmaskedTruth) {
   Dataset data = swinging(0.0, 1);
   data.trajectories[0].states(1, 0) = 1e9;  // masked
   const Eigen::MatrixXd estimate = LogBaseline::fit("constant", data, kSources).estimate(data.trajectories[0]);
@@ -97,7 +97,7 @@ TEST(LogBaseline, ConstantOfAnAngleIsItsMeanDirection) {
   EXPECT_NEAR(std::abs(mean), 180.0, kFitRounding);
 }
 
-TEST(LogBaseline, NothingToDifferenceOrToPolishAppliesToAHiddenState) {
+TEST(LogBaseline, DifferencesAndPolynomialsDoNotApplyToAHiddenState) {
   const Dataset data = swinging(0.01, 1);
   for (const std::string& name : LogBaseline::names()) {
     const LogBaseline baseline = LogBaseline::fit(name, data, kSources);
@@ -115,15 +115,15 @@ TEST(LogBaseline, SensorIsTheNearestOutputInTheUnitOfAState) {
   run.outputs.resize(3, 800);
   run.outputs.row(0) = run.states.row(0).array() + 0.1;
   run.outputs.row(1) = run.states.row(0).array() + 0.5;
-  run.outputs.row(2) = run.states.row(0);  // nearer, but an angle
+  run.outputs.row(2) = run.states.row(0);  // more accurate, but an angle
   const LogBaseline sensor = LogBaseline::fit("sensor", data, kSources);
   EXPECT_EQ(sensor.describe(0), "output wheel as it is");
   EXPECT_EQ(sensor.estimate(run)(0, 100), run.outputs(0, 100));
   EXPECT_FALSE(sensor.applies(1));
   run.outputs.row(0) = run.states.row(0);
-  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "the truth itself is no sensor";
+  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "an output equal to the truth is not a sensor";
   run.outputs.topRows(2).setConstant(100.0);
-  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "its mean is nearer";
+  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "the mean is more accurate";
 }
 
 TEST(LogBaseline, PolynomialChoosesLongerWindowsForNoisierLogs) {
@@ -140,9 +140,9 @@ TEST(LogBaseline, PolynomialChoosesLongerWindowsForNoisierLogs) {
   EXPECT_THAT(LogBaseline::fit("polynomial", swinging(0.02, seed), kSources).describe(0), HasSubstr("samples"));
 }
 
-TEST(LogBaseline, SeesThroughWrapsAndSinesAndCosines) {
+TEST(LogBaseline, HandlesWrapsAndSinesAndCosines) {
   Dataset data = swinging(0.0, 1);
-  data.trajectories[0].outputs *= 4.0;  // beyond half a turn
+  data.trajectories[0].outputs *= 4.0;  // more than half a turn
   data.trajectories[0].states.row(0) *= 4.0;
   const double reference = rmse_of(LogBaseline::fit("difference", data, kSources), data);
   EXPECT_LT(reference, 0.5);
@@ -165,7 +165,7 @@ TEST(LogBaseline, RefusesUnknownNames) {
               HasSubstr("no baseline \"kalman\": expected one of constant, sensor, difference, polynomial"));
 }
 
-/// x1 = 2 y_k u_k - y_(k-2) + 3; x2: an angle that is that of y, turned by 100 degrees.
+/// x1 = 2 y_k u_k - y_(k-2) + 3; x2 is the angle y turned by 100 degrees.
 Dataset logs_of_a_product() {
   constexpr Index kSamples = 400;
   Dataset logs{
@@ -190,7 +190,7 @@ Dataset logs_of_a_product() {
   return logs;
 }
 
-TEST(StaticRidge, FindsAProductAndAnAngleOfTheLastThreeSamples) {
+TEST(StaticRidge, EstimatesAProductAndAnAngleFromTheLastThreeSamples) {
   const Dataset logs = logs_of_a_product();
   const Trajectory& run = logs.trajectories[0];
   const Eigen::MatrixXd x = StaticRidge::fit(logs).estimate(run);
@@ -199,9 +199,8 @@ TEST(StaticRidge, FindsAProductAndAnAngleOfTheLastThreeSamples) {
     for (Index k = 6; k < run.samples(); ++k) largest = std::max(largest, std::abs(estimate(0, k) - run.states(0, k)));
     return largest;
   };
-  EXPECT_LT(worst(x), 1e-3);  // the ridge's own part
-  EXPECT_GT(worst(StaticRidge::fit(logs, 2).estimate(run)), 0.05)
-      << "control: two samples do not reach back far enough";
+  EXPECT_LT(worst(x), 1e-3);  // the bias of the ridge
+  EXPECT_GT(worst(StaticRidge::fit(logs, 2).estimate(run)), 0.05) << "control: two samples are not enough";
   for (Index k = 6; k < run.samples(); ++k)
     ASSERT_LT(std::abs(std::remainder(x(1, k) - run.states(1, k), 360.0)), 0.1) << k;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each warning about a log: it appears for a log with the fault, and not for a log that nearly has it.
+// Each warning about a log appears for a log with the fault, and not for a log that almost has it.
 #include "trainer/data/log_checks.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using ::testing::IsEmpty;
 constexpr double kPeriod_s = 0.01;
 constexpr double kDegree = kTurn / 360.0;
 
-/// 6 s at 100 Hz of a(t) and b(t).
+/// 6 s of a(t) and b(t) at 100 Hz.
 std::string two_columns(const std::function<double(double)>& a, const std::function<double(double)>& b) {
   std::string text = "time,a,b\n";
   for (int k = 0; k < 600; ++k) {
@@ -48,7 +48,7 @@ double other(double t) {
 
 class LogChecks : public ::testing::Test {
  protected:
-  /// Output `a`, state `b`.
+  /// Loads a log with output `a` and state `b` and returns its notes.
   std::vector<std::string> notes(const std::string& csv, const ColumnOptions& a = {}, const ColumnOptions& b = {}) {
     LogConfig config;
     config.columns = {column("time", ColumnRole::kTime, {.unit = time_unit_}), column("a", ColumnRole::kOutput, a),
@@ -63,65 +63,65 @@ class LogChecks : public ::testing::Test {
   std::string time_unit_;
 };
 
-TEST_F(LogChecks, ConstantColumn) {
+TEST_F(LogChecks, NoteAConstantColumn) {
   EXPECT_THAT(notes(two_columns([](double) { return 0.25; }, other)),
               ElementsAre(AllOf(HasSubstr("\"a\" is 0.25 in every row"), HasSubstr("leave it out"))));
   EXPECT_THAT(notes(two_columns([](double t) { return t < 5.9 ? 0.25 : 0.26; }, other)), IsEmpty());
 }
 
-TEST_F(LogChecks, CopiedColumn) {
+TEST_F(LogChecks, NoteACopiedColumn) {
   EXPECT_THAT(notes(two_columns(swing, swing)), ElementsAre(HasSubstr("\"a\" and \"b\" hold the same signal: ")));
   EXPECT_THAT(notes(two_columns(swing, [](double t) { return 3.0 - 2.0 * swing(t); })),
               ElementsAre(HasSubstr("the second is -2 times the first, +3")));
-  std::mt19937 engine(1);  // a second sensor: 1 % of noise
+  std::mt19937 engine(1);  // control: a second sensor with 1 % of noise
   std::normal_distribution<double> noise(0.0, 0.01);
   EXPECT_THAT(notes(two_columns(swing, [&](double t) { return swing(t) + noise(engine); })), IsEmpty());
 }
 
-TEST_F(LogChecks, DegreesCalledRad) {
+TEST_F(LogChecks, NoteDegreesCalledRad) {
   const auto degrees = [](double t) { return swing(t) / kDegree; };  // to 74
   EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "rad"}),
               ElementsAre(AllOf(HasSubstr("degrees that are called rad?"), HasSubstr("set unit to deg"))));
   EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "deg"}), IsEmpty());
   EXPECT_THAT(notes(two_columns([](double t) { return 8.0 * swing(t); }, other), {.unit = "rad"}), IsEmpty());
-  // A wrap of the wrong unit: jumps of 360 tell.
+  // A wrap in the wrong unit: jumps of 360 show it.
   const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t) / kDegree, 360.0); };
   EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "rad", .wrap = kTurn}),
               Contains(AllOf(HasSubstr("and jumps by 360: degrees"), HasSubstr("unit and wrap"))));
 }
 
-TEST_F(LogChecks, RadCalledDegrees) {
+TEST_F(LogChecks, NoteRadCalledDegrees) {
   const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t), kTurn); };
   EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "deg", .wrap = 360.0}),
               ElementsAre(AllOf(HasSubstr("and jumps by 2 pi: rad that are called degrees?"), HasSubstr("to rad"))));
-  EXPECT_THAT(notes(two_columns(swing, other), {.unit = "deg"}), IsEmpty());  // a few degrees may be just that
+  EXPECT_THAT(notes(two_columns(swing, other), {.unit = "deg"}), IsEmpty());  // a range of a few degrees is plausible
 }
 
-TEST_F(LogChecks, WrapThatNeverWraps) {
+TEST_F(LogChecks, NoteAWrapThatNeverWraps) {
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "rad", .wrap = kTurn}),
               ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("leave its wrap out"))));
-  // It does not wrap in this log, and comes near enough that another will.
+  // It does not wrap in this log, but comes so close that another log will.
   EXPECT_THAT(notes(two_columns([](double t) { return 2.0 * swing(t); }, other), {.unit = "rad", .wrap = kTurn}),
               IsEmpty());
 }
 
-TEST_F(LogChecks, WrapThatAlwaysWraps) {
+TEST_F(LogChecks, NoteAWrapThatAlwaysWraps) {
   const auto spin = [](double per_second) {
     return two_columns([=](double t) { return std::remainder(per_second * t, kTurn); }, other);
   };
   EXPECT_THAT(notes(spin(370.0), {.unit = "rad", .wrap = kTurn}),
               Contains(AllOf(HasSubstr("\"a\" crosses its wrap in"), HasSubstr("check unit and wrap"))));
-  EXPECT_THAT(notes(spin(150.0), {.unit = "rad", .wrap = kTurn}), IsEmpty());  // once in four steps
+  EXPECT_THAT(notes(spin(150.0), {.unit = "rad", .wrap = kTurn}), IsEmpty());  // once in four steps is accepted
 }
 
-TEST_F(LogChecks, LoggedVelocityThatLags) {
+TEST_F(LogChecks, NoteALoggedVelocityThatLags) {
   double rate = 0.0, last = swing(0.0);
-  const auto logged = [&](double t) {  // as on many rigs
+  const auto logged = [&](double t) {  // a filtered difference, as on many rigs
     rate = 0.8 * rate + 0.2 * (swing(t) - last) / kPeriod_s;
     last = swing(t);
     return rate;
   };
-  // 0.8 / 0.2 samples of the low-pass, and half of one of the difference.
+  // Lag of 0.8 / 0.2 samples from the low-pass and half a sample from the difference.
   EXPECT_THAT(notes(two_columns(swing, logged)),
               ElementsAre(AllOf(HasSubstr("log.csv: "), HasSubstr("\"b\" is the velocity of \"a\", 4.5 samples late"),
                                 HasSubstr("derivative_of = \"a\""))));
@@ -129,12 +129,12 @@ TEST_F(LogChecks, LoggedVelocityThatLags) {
   EXPECT_THAT(notes(two_columns(swing, other)), IsEmpty());
 }
 
-/// other(t), but for `off` in the rows from 3 s on.
+/// Returns other(t), except for the value `off` in some rows from 3 s on.
 std::function<double(double)> stray(int rows, double off) {
   return [=](double t) { return other(t) + (t > 2.995 && t < 2.995 + kPeriod_s * rows ? off : 0.0); };
 }
 
-TEST_F(LogChecks, OutliersOfAState) {
+TEST_F(LogChecks, NoteOutliersOfAState) {
   EXPECT_THAT(
       notes(two_columns(swing, stray(2, 8.0)), {}, {.unit = "m/s"}),
       ElementsAre(
@@ -143,13 +143,13 @@ TEST_F(LogChecks, OutliersOfAState) {
                 HasSubstr("leave the cell empty"))));
   EXPECT_THAT(notes(two_columns(swing, stray(1, -8.0))), ElementsAre(HasSubstr("an outlier")));
   EXPECT_THAT(notes(two_columns(swing, stray(int(kOutlierRows), 8.0))), ElementsAre(HasSubstr("of 5 such rows")));
-  // Left in peace: a measurement, what is not far, what lasts.
+  // Not reported: an output, a small deviation, a lasting change.
   EXPECT_THAT(notes(two_columns(stray(2, 8.0), swing)), IsEmpty());
   EXPECT_THAT(notes(two_columns(swing, stray(2, 1.0))), IsEmpty());
   EXPECT_THAT(notes(two_columns(swing, stray(int(kOutlierRows) + 1, 8.0))), IsEmpty());
 }
 
-TEST_F(LogChecks, OrdinaryStatesHaveNoOutliers) {
+TEST_F(LogChecks, NoteNoOutliersOfOrdinaryStates) {
   std::mt19937 engine(3);
   std::normal_distribution<double> noise(0.0, 1.0);
   std::exponential_distribution<double> tail(1.0);
@@ -160,9 +160,9 @@ TEST_F(LogChecks, OrdinaryStatesHaveNoOutliers) {
       [](double t) { return std::fmod(t, 0.5) < 0.25 ? 1.0 : -1.0; },  // a square wave
       [](double t) {
         return std::fmod(t, 2.0) < 0.1 ? std::sin(31.4 * t) : 0.0;
-      },                                                       // at rest but for bursts of ten rows
-      [](double t) { return std::floor(3.0 * std::sin(t)); },  // coarse
-      [](double t) { return std::exp(3.0 * t); },              // most of it at its end
+      },                                                       // at rest except for bursts of ten rows
+      [](double t) { return std::floor(3.0 * std::sin(t)); },  // coarse resolution
+      [](double t) { return std::exp(3.0 * t); },              // most of the motion at the end
       [&](double) { return k++ % 100 == 0 ? 1.0 : 0.0; },      // a flag
   };
   for (std::size_t i = 0; i < states.size(); ++i)
@@ -170,7 +170,7 @@ TEST_F(LogChecks, OrdinaryStatesHaveNoOutliers) {
       EXPECT_EQ(note.find("an outlier"), std::string::npos) << i << ": " << note;
 }
 
-TEST_F(LogChecks, StampsThatLookLikeMilliseconds) {
+TEST_F(LogChecks, NoteStampsThatLookLikeMilliseconds) {
   const auto log = [](double step, int rows, double start = 0.0) {
     std::string text = "time,a,b\n";
     for (int k = 0; k < rows; ++k) {
@@ -187,7 +187,7 @@ TEST_F(LogChecks, StampsThatLookLikeMilliseconds) {
           "the column with role = \"time\"; if they are in s, say so by unit = \"s\""));
   EXPECT_THAT(notes(log(1e4, 600)), ElementsAre(HasSubstr("set unit = \"us\"")));
   EXPECT_THAT(notes(log(1e7, 600)), ElementsAre(HasSubstr("set unit = \"ns\"")));
-  time_unit_ = "s";  // who says so is believed: batteries and ovens are logged by the second
+  time_unit_ = "s";  // a declared unit is accepted: batteries and ovens are logged once a second
   EXPECT_THAT(notes(log(10, 600)), IsEmpty());
   EXPECT_THAT(notes(log(10, 600, 1.7e12)),
               ElementsAre(AllOf(HasSubstr("beyond the year 5000"), HasSubstr("unit = \"ms\""))));
@@ -197,10 +197,10 @@ TEST_F(LogChecks, StampsThatLookLikeMilliseconds) {
   EXPECT_THAT(notes(log(1e4, 600, 1.7e15)), ElementsAre(HasSubstr("unit = \"us\"")));
   time_unit_ = "";
   EXPECT_THAT(notes(log(0.01, 600)), IsEmpty());
-  EXPECT_THAT(notes(log(10, 199)), IsEmpty());  // a hundred rows may well be by hand
+  EXPECT_THAT(notes(log(10, 199)), IsEmpty());  // a log of a hundred rows may be written by hand
 }
 
-TEST_F(LogChecks, AVelocityThatCannotBeFilteredNamesTheUnitOfTheTime) {
+TEST_F(LogChecks, ErrorOfAVelocityThatCannotBeFilteredNamesTheUnitOfTheTime) {
   LogConfig config;
   config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
                     column("b", ColumnRole::kState, {.derivative_of = "a"})};
@@ -214,12 +214,12 @@ TEST_F(LogChecks, AVelocityThatCannotBeFilteredNamesTheUnitOfTheTime) {
   EXPECT_EQ(thrown_message(load), "no error");  // control
 }
 
-TEST_F(LogChecks, LoggedVelocityThatIsADifference) {
+TEST_F(LogChecks, NoteALoggedVelocityThatIsADifference) {
   const auto difference = [](double t) { return (swing(t) - swing(t - kPeriod_s)) / kPeriod_s; };
   EXPECT_THAT(notes(two_columns(swing, difference)), ElementsAre(HasSubstr("0.5 samples late")));
 }
 
-TEST_F(LogChecks, LoggedVelocityInAnotherUnit) {
+TEST_F(LogChecks, NoteALoggedVelocityInAnotherUnit) {
   EXPECT_THAT(
       notes(two_columns(swing, [](double t) { return swing_rate(t) / kDegree; }), {.unit = "rad"}, {.unit = "rad/s"}),
       ElementsAre(HasSubstr("57.3 times as large, in degrees: check units")));
@@ -233,13 +233,13 @@ TEST(LoggedVelocity, LagIsExactToAFractionOfASample) {
   }
   const auto match = match_velocity(late, velocity, 20);
   ASSERT_TRUE(match.has_value());
-  EXPECT_NEAR(match->lag_samples, 3.3, 0.05);  // the damping within a lag is not a delay
+  EXPECT_NEAR(match->lag_samples, 3.3, 0.05);  // the damping within the lag is not a delay
   EXPECT_NEAR(match->gain, 0.5, 0.01);
   EXPECT_FALSE(match_velocity(late.head(100), velocity.head(100), 20).has_value());
   EXPECT_FALSE(match_velocity(Eigen::VectorXd::Ones(1000), velocity, 20).has_value());
 }
 
-TEST_F(LogChecks, PeriodThatIsNotThatOfTheStamps) {
+TEST_F(LogChecks, NoteAPeriodThatDiffersFromThatOfTheStamps) {
   LogConfig config;
   config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
                     column("b", ColumnRole::kState)};

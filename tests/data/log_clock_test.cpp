@@ -23,14 +23,14 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using LogClock = LoadingLogs;
 
-TEST_F(LogClock, TakesThePeriodOfTheStampsWhenNoneIsGiven) {
+TEST_F(LogClock, UsesThePeriodOfTheStampsIfNoneIsGiven) {
   LogConfig config = SyntheticLog::config();
   config.sample_period_s = 0.0;
   EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.005, 1e-6);  // 5 % of jitter, 600 samples
   EXPECT_EQ(report_.sample_period_s, load(config, log_.csv()).sample_period_s);
 }
 
-TEST_F(LogClock, TakesThePeriodOfTheRowsTimesEvery) {
+TEST_F(LogClock, UsesThePeriodOfTheRowsTimesEvery) {
   LogConfig config = SyntheticLog::config();
   config.every = 4;
   config.sample_period_s = 0.0;
@@ -64,7 +64,7 @@ TEST_F(LogClock, ReportsTheClockOfEachFile) {
   EXPECT_THAT(to_text(report_), AllOf(HasSubstr("nominal sample period 5 ms"), HasSubstr("log.csv")));
 }
 
-TEST_F(LogClock, RefusesAColumnThatIsNoClockAndSaysWhere) {
+TEST_F(LogClock, RefusesAColumnThatIsNotAClockAndNamesTheLine) {
   EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n2,1\n2,2\n"),
               HasSubstr("log.csv:3:time: time does not increase in 2 of 2 steps, here from 2 to 2"));
   EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n1,0\n"),
@@ -74,7 +74,7 @@ TEST_F(LogClock, RefusesAColumnThatIsNoClockAndSaysWhere) {
   EXPECT_THAT(error_in(SyntheticLog::config(), shuffled), HasSubstr("is this the clock of these rows?"));
 }
 
-/// 600 rows of the pendulum's kind at 100 Hz, each a stamp of its own and the row number as reading.
+/// 600 rows like those of the pendulum at 100 Hz, each with its own stamp and with the row number as reading.
 std::string log_of(const std::function<std::string(int)>& stamp, int rows = 600) {
   std::string csv = "time,y\n";
   for (int k = 0; k < rows; ++k) csv += stamp(k) + "," + std::to_string(k) + "\n";
@@ -94,9 +94,9 @@ LogConfig plain_config() {
   return log;
 }
 
-TEST_F(LogClock, BeginsARunWhereTheClockGoesBack) {
+TEST_F(LogClock, BeginsANewRunIfTheClockGoesBack) {
   const std::string csv = log_of([](int k) { return printed(0.01 * (k < 250 ? k : k - 250)); });
-  for (const double max_gap_s : {0.0, 1e6}) {  // a gap that is allowed does not join two clocks
+  for (const double max_gap_s : {0.0, 1e6}) {  // an allowed gap does not join two clocks
     LogConfig config = plain_config();
     config.max_gap_s = max_gap_s;
     const Dataset data = load(config, csv);
@@ -116,7 +116,7 @@ TEST_F(LogClock, BeginsARunWhereTheClockGoesBack) {
   EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("(the first of 2 such places)")));
 }
 
-TEST_F(LogClock, SetBackByLessThanItsRunBeginsARunToo) {
+TEST_F(LogClock, BeginsANewRunIfTheClockIsSetBackByLessThanTheRun) {
   const Dataset data = load(plain_config(), log_of([](int k) { return printed(0.01 * k - (k < 250 ? 0.0 : 0.3)); }));
   ASSERT_EQ(data.trajectories.size(), 2u);
   EXPECT_EQ(data.trajectories[1].samples(), 350);
@@ -143,7 +143,7 @@ TEST_F(LogClock, RefusesStampsTooCoarseForTheRowsButNotRowsWrittenTwice) {
   EXPECT_EQ(load(plain_config(), twice).trajectories[0].samples(), 300);
 }
 
-TEST_F(LogClock, LeavesOutRowsWhoseStampDoesNotFitTheirNeighbours) {
+TEST_F(LogClock, LeavesOutRowsWhoseStampDoesNotFitItsNeighbours) {
   for (const double wrong : {0.0, 77.7}) {
     const Dataset data = load(plain_config(), log_of([&](int k) { return printed(k == 300 ? wrong : 0.01 * k); }));
     ASSERT_EQ(data.trajectories.size(), 1u) << wrong;
@@ -160,7 +160,7 @@ TEST_F(LogClock, LeavesOutRowsWhoseStampDoesNotFitTheirNeighbours) {
               599);
 }
 
-TEST_F(LogClock, ReadsDatesAndTimesOfDayAlsoOverMidnight) {
+TEST_F(LogClock, ReadsDatesAndTimesOfDayAlsoAcrossMidnight) {
   const auto clock = [](const char* format, int start_s) {
     return [=](int k) {
       const int ms = 10 * k + 7, s = start_s + ms / 1000;
@@ -182,12 +182,12 @@ TEST_F(LogClock, ReadsDatesAndTimesOfDayAlsoOverMidnight) {
   EXPECT_THAT(error_in(plain_config(), log_of([](int k) {
                          return k == 3 ? std::string("10:11") : "10:11:12." + std::to_string(100 + k);
                        })),
-              HasSubstr("log.csv:5:time: \"10:11\" is not a time as the first one, \"10:11:12.100\""));
+              HasSubstr("log.csv:5:time: \"10:11\" is not a time in the form of the first one, \"10:11:12.100\""));
   EXPECT_THAT(error_in(plain_config(), log_of([](int) { return std::string("20.11.2026 10:11:12"); })),
               HasSubstr("2026-11-20T10:11:12.345Z"));
 }
 
-TEST_F(LogClock, GoesOnWhereACounterOverflows) {
+TEST_F(LogClock, ContinuesAfterTheOverflowOfACounter) {
   LogConfig config = plain_config();
   config.columns[0].unit = "us";
   const Dataset data =
@@ -199,7 +199,7 @@ TEST_F(LogClock, GoesOnWhereACounterOverflows) {
   EXPECT_TRUE(report_.notes.empty());
 }
 
-TEST(ClockText, IsATimeOrNothing) {
+TEST(ClockText, ParsesTimesAndRefusesOtherTexts) {
   const auto seconds = [](const char* text) { return read_clock_text(text)->seconds; };
   EXPECT_EQ(seconds("10:11:12"), 36672.0);
   EXPECT_EQ(seconds(" 110:00:00,5 "), 396000.5);
@@ -211,7 +211,7 @@ TEST(ClockText, IsATimeOrNothing) {
     EXPECT_FALSE(read_clock_text(none)) << none;
 }
 
-/// Without rows `from` to `to` - 1.
+/// Removes the rows `from` to `to` - 1.
 std::string without_rows(const std::string& csv, int from, int to) {
   std::istringstream lines(csv);
   std::string text;
@@ -231,12 +231,12 @@ TEST_F(LogClock, SplitsALogAtItsGaps) {
   EXPECT_EQ(data.trajectories[0].samples(), 250);
   ASSERT_EQ(second.samples(), 300);
   EXPECT_EQ(second.time_s[0], 0.0);
-  EXPECT_LE(std::abs(second.outputs(0, 0)), 0.5 * kTurn);  // whole turns are counted from its start
+  EXPECT_LE(std::abs(second.outputs(0, 0)), 0.5 * kTurn);  // whole turns are counted from the start of the run
   for (int k = 0; k < 300; ++k) {
     const bool edge = second.time_s[k] < 0.2 || second.time_s[k] > second.time_s[299] - 0.2;
     ASSERT_EQ(second.weight[k], edge ? 0.0 : 1.0);
     if (edge) continue;
-    ASSERT_NEAR(second.states(0, k), SyntheticLog::velocity(log_.time_s(300 + k)), 1e-3);  // as without a gap
+    ASSERT_NEAR(second.states(0, k), SyntheticLog::velocity(log_.time_s(300 + k)), 1e-3);  // as in a log without a gap
   }
   EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("log.csv:252: a gap of 0.2"), HasSubstr("split into 2 runs"),
                                                HasSubstr("[log] max_gap_s, now 0.05 s"))));
@@ -247,7 +247,7 @@ TEST_F(LogClock, SplitsALogAtItsGaps) {
   EXPECT_THAT(to_text(report_), HasSubstr("log.csv (2 runs)      550"));
 }
 
-TEST_F(LogClock, KeepsALogWholeWhoseGapsAreAllowed) {
+TEST_F(LogClock, KeepsALogWithAllowedGapsWhole) {
   LogConfig config = SyntheticLog::config();
   config.max_gap_s = 0.3;
   const Dataset data = load(config, without_rows(log_.csv(), 250, 300));
@@ -272,7 +272,7 @@ TEST_F(LogClock, DropsRunsThatAreTooShort) {
               AllOf(HasSubstr("log.csv: no run between its gaps can be used"), HasSubstr("raise [log] max_gap_s")));
 }
 
-TEST_F(LogClock, TakesTheGridForRoundedStamps) {
+TEST_F(LogClock, ReplacesRoundedStampsByARegularGrid) {
   std::string csv = "time,phi\n";
   for (int k = 0; k < 800; ++k) {
     char row[64];
@@ -284,12 +284,13 @@ TEST_F(LogClock, TakesTheGridForRoundedStamps) {
   config.sample_period_s = 0.0;
   const Dataset data = load(config, csv);
   EXPECT_TRUE(data.uniform);
-  EXPECT_NEAR(data.sample_period_s, 0.0025, 1.5e-3 / 800);  // the worst of 1 ms over 800 samples
+  EXPECT_NEAR(data.sample_period_s, 0.0025, 1.5e-3 / 800);  // largest effect of rounding to 1 ms over 800 samples
   EXPECT_TRUE(report_.files[0].nominal);
   const Trajectory& run = data.trajectories[0];
   for (int k = 100; k < 700; ++k) {
     ASSERT_NEAR(run.time_s[k], 0.0025 * k, 2.5e-4);
-    // Half a millisecond at 7 rad/s would be 3.5 mrad of noise in the angle, and 0.2 rad/s in its velocity.
+    // Rounding by half a millisecond at 7 rad/s would give 3.5 mrad of noise in the angle, and 0.2 rad/s in its
+    // velocity.
     ASSERT_NEAR(run.states(0, k), SyntheticLog::velocity(0.0025 * k), 5e-3);
   }
 }
@@ -311,7 +312,7 @@ TEST(TimeStamps, ReportsMedianTailsAndGaps) {
   EXPECT_EQ(report.gaps, 1);
 }
 
-/// t_k = 3.2 + k T + jitter, as printed with `digits` decimals.
+/// t_k = 3.2 + k T + jitter, rounded to `digits` decimals.
 Eigen::VectorXd stamps(int samples, double period_s, double jitter_s, int digits) {
   std::mt19937 engine(7);
   std::uniform_real_distribution<double> jitter(-jitter_s, jitter_s);
@@ -325,29 +326,29 @@ TimeGrid grid_of(const Eigen::VectorXd& time) {
   return fit_time_grid(time, stamp_resolution(time));
 }
 
-TEST(TimeStamps, RegularWithinTheirRounding) {
-  // 7 and 8 ms printed for 7.5; 2 and 3 for 2.5, where the median step is 20 % off.
+TEST(TimeStamps, AreRegularWithinTheirRounding) {
+  // Steps of 7 and 8 ms for a period of 7.5 ms; 2 and 3 ms for 2.5 ms, where the median step is wrong by 20 %.
   for (const double period_s : {1.0 / 120.0, 0.0075, 0.0025, 1.0 / 300.0}) {
     const TimeGrid grid = grid_of(stamps(2000, period_s, 0.0, 3));
     EXPECT_TRUE(grid.regular && grid.rounded && grid.complete) << period_s;
-    // 1 ms over 2000 samples: the worst that rounding can do to least squares is 1.5 times that.
+    // The largest effect of rounding on least squares is 1.5 times 1 ms over 2000 samples.
     EXPECT_NEAR(grid.period_s, period_s, 1.5e-3 / 2000.0) << period_s;
   }
 }
 
-TEST(TimeStamps, NotRegularWhenTheyJitterBeyondTheirRounding) {
+TEST(TimeStamps, AreIrregularIfTheyJitterBeyondTheirRounding) {
   EXPECT_FALSE(grid_of(stamps(2000, 0.008, 1.5e-3, 3)).regular);
   EXPECT_FALSE(grid_of(stamps(2000, 0.004, 0.8e-3, 9)).regular);  // a fifth of a period
 }
 
-TEST(TimeStamps, RegularWithASmallJitterAndThenAsStamped) {
-  const TimeGrid grid = grid_of(stamps(2000, 0.004, 0.24e-3, 9));  // 6 %, as the Qube's
+TEST(TimeStamps, AreRegularWithASmallJitterButKeepTheirTimes) {
+  const TimeGrid grid = grid_of(stamps(2000, 0.004, 0.24e-3, 9));  // 6 %, like the Qube
   EXPECT_TRUE(grid.regular);
   EXPECT_FALSE(grid.rounded);
 }
 
-TEST(TimeStamps, NotRegularWhenTheClockWanders) {
-  Eigen::VectorXd time(2000);  // no step is wrong by more than 0.3 %, and half a period is lost in between
+TEST(TimeStamps, AreIrregularIfTheClockDrifts) {
+  Eigen::VectorXd time(2000);  // no step is wrong by more than 0.3 %, but half a period is lost in between
   for (int k = 0; k < 2000; ++k) time[k] = 0.01 * (k + 0.5 * std::sin(6e-3 * k));
   EXPECT_FALSE(grid_of(time).regular);
 }
@@ -355,7 +356,7 @@ TEST(TimeStamps, NotRegularWhenTheClockWanders) {
 TEST(TimeStamps, GridLeavesOutMissingSamples) {
   const Eigen::VectorXd all = stamps(2000, 0.0075, 0.0, 3);
   Eigen::VectorXd some(1997);
-  some << all.head(700), all.segment(702, 298), all.tail(999);  // two in a row, and one
+  some << all.head(700), all.segment(702, 298), all.tail(999);  // two missing samples in a row, and one
   const TimeGrid grid = grid_of(some);
   EXPECT_TRUE(grid.regular && grid.rounded);
   EXPECT_FALSE(grid.complete);
@@ -372,11 +373,11 @@ TEST(TimeStamps, HaveTheResolutionOfTheirDigits) {
   EXPECT_EQ(stamp_resolution(Eigen::Vector3d(0.0, std::sqrt(2.0), 3.0)), 0.0);
 }
 
-TEST(TimeStamps, PeriodsAgreeToAThousandthAndTheResolutionOfTheLength) {
+TEST(TimeStamps, PeriodsMayDifferByAThousandthAndByTheResolution) {
   const TimeGrid whole = grid_of(stamps(2000, 0.0075, 0.0, 3)), piece = grid_of(stamps(30, 0.0075, 0.0, 3));
   EXPECT_TRUE(has_period(whole, 0.0075));
   EXPECT_FALSE(has_period(whole, 0.0075 * 1.002));
-  EXPECT_TRUE(has_period(piece, 0.0075 * 1.002));  // 30 samples of 1 ms
+  EXPECT_TRUE(has_period(piece, 0.0075 * 1.002));  // 30 samples with a resolution of 1 ms
   EXPECT_FALSE(has_period(piece, 0.008));
 }
 

@@ -33,7 +33,7 @@ TEST_F(LogDataset, UnwrapsOutputsAndStartsTimeAtZero) {
   EXPECT_GT(run.outputs.maxCoeff(), 0.5 * kTurn);  // control: the angle does wrap in this log
 }
 
-TEST_F(LogDataset, ComputesOutputsOfOthersAndOfInputsAndMissesThemWhereAPartIsEmpty) {
+TEST_F(LogDataset, ComputesOutputsFromOthersAndFromInputsAndMissesThemIfAPartIsEmpty) {
   LogConfig config;
   config.sample_period_s = 0.1;
   ColumnConfig power = column("power", ColumnRole::kOutput);
@@ -50,7 +50,7 @@ TEST_F(LogDataset, ComputesOutputsOfOthersAndOfInputsAndMissesThemWhereAPartIsEm
   EXPECT_EQ(data.sensors(), 1u);
 }
 
-TEST_F(LogDataset, TakesVelocitiesWithoutDelayAndMasksTheEdges) {
+TEST_F(LogDataset, ComputesVelocitiesWithoutDelayAndMasksTheEnds) {
   const Dataset data = load(SyntheticLog::config(), log_.csv());
   const Trajectory& run = data.trajectories[0];
   const double end_s = run.time_s[run.samples() - 1];
@@ -62,15 +62,15 @@ TEST_F(LogDataset, TakesVelocitiesWithoutDelayAndMasksTheEdges) {
   }
 }
 
-TEST_F(LogDataset, CountsEverySampleWhereNoFilterRan) {
+TEST_F(LogDataset, ScoresEverySampleWithoutAFilter) {
   LogConfig config = SyntheticLog::config();
   config.columns[2] = column("angle", ColumnRole::kState, {.column = "phi", .wrap = kTurn});
   const Dataset data = load(config, log_.csv());
   EXPECT_EQ(data.trajectories[0].weight.sum(), log_.samples);
-  EXPECT_EQ(data.trajectories[0].states, data.trajectories[0].outputs);  // one column, both output and state
+  EXPECT_EQ(data.trajectories[0].states, data.trajectories[0].outputs);  // one column is both output and state
 }
 
-TEST_F(LogDataset, CountsTheTruthWhereNoMaskIsZeroOrEmpty) {
+TEST_F(LogDataset, ScoresTheTruthUnlessAMaskIsZeroOrEmpty) {
   LogConfig config;
   config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
                     column("b", ColumnRole::kState), column("moving", ColumnRole::kMask),
@@ -102,7 +102,7 @@ TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
               1e-3);  // rate of the angle, not of its sine
 }
 
-TEST_F(LogDataset, EveryNthRowKeepsTheVelocityOfAllRows) {
+TEST_F(LogDataset, VelocitiesOfEveryNthRowComeFromAllRows) {
   LogConfig config = SyntheticLog::config();
   const Dataset all = load(config, log_.csv());
   config.every = 5;
@@ -135,7 +135,7 @@ TEST_F(LogDataset, ReadsInputsAndChecksThem) {
   EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is not a number"));
 }
 
-TEST_F(LogDataset, NotesAnAngleThatWasNotDeclared) {
+TEST_F(LogDataset, NotesAnUndeclaredAngle) {
   LogConfig config = SyntheticLog::config();
   load(config, log_.csv());
   EXPECT_TRUE(report_.notes.empty());  // control
@@ -182,7 +182,7 @@ TEST_F(LogDataset, LoadsSplitsOnTheClockOfTheTrainingLogs) {
   EXPECT_EQ(splits.report.files.size(), 3u);
 }
 
-TEST_F(LogDataset, TrainsOnEveryRowThoughTheObserverIsGivenEachNth) {
+TEST_F(LogDataset, TrainsOnAllOffsetsOfEveryNthRow) {
   LogConfig config = SyntheticLog::config();
   config.every = 7;
   config.sample_period_s *= 7;
@@ -207,7 +207,7 @@ TEST_F(LogDataset, TrainsOnEveryRowThoughTheObserverIsGivenEachNth) {
   EXPECT_EQ(splits.test.sample_period_s, splits.train.sample_period_s);
 }
 
-TEST_F(LogDataset, ConvertsCellsBeforeAnglesUnwrapAndVelocitiesAreFiltered) {
+TEST_F(LogDataset, ConvertsCellsBeforeUnwrappingAndFiltering) {
   std::string csv = "time,phi\n";
   for (int k = 0; k < log_.samples; ++k) {
     char row[64];
@@ -225,12 +225,12 @@ TEST_F(LogDataset, ConvertsCellsBeforeAnglesUnwrapAndVelocitiesAreFiltered) {
   EXPECT_EQ(degrees.outputs[0].unit, "rad");
   config = SyntheticLog::config();
   config.columns[1] = column("phi", ColumnRole::kOutput, {.unit = "deg", .wrap = 360.0});
-  const Dataset velocity = load(config, csv);  // phi in deg, its velocity wanted in rad/s
+  const Dataset velocity = load(config, csv);  // phi in deg, its velocity in rad/s
   EXPECT_TRUE(velocity.trajectories[0].states.isApprox(radians.trajectories[0].states, 1e-7));
   EXPECT_GT(velocity.trajectories[0].outputs.maxCoeff(), 180.0);
 }
 
-TEST_F(LogDataset, ReadsAGermanExport) {
+TEST_F(LogDataset, ReadsALogWithDecimalCommas) {
   std::string csv = log_.csv();
   std::string german =
       "# Pr\xC3\xBC"
@@ -247,18 +247,19 @@ TEST_F(LogDataset, ReadsAGermanExport) {
     EXPECT_EQ(data.trajectories[0].outputs, expected.trajectories[0].outputs);
     EXPECT_EQ(data.trajectories[0].states, expected.trajectories[0].states);
   };
-  expect_the_same();  // the file tells
+  expect_the_same();  // the format is found in the file
   config.separator = ";";
   expect_the_same();
   config.decimal = ",";
   expect_the_same();
 }
 
-TEST_F(LogDataset, RefusesToLeaveTooFewRows) {
+TEST_F(LogDataset, RefusesAnEveryThatLeavesTooFewRows) {
   LogConfig config = SyntheticLog::config();
   config.every = 600;
   config.sample_period_s *= 600;
-  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv: 600 rows, and every = 600 leaves no two samples"));
+  EXPECT_THAT(error_in(config, log_.csv()),
+              HasSubstr("log.csv: 600 rows, and every = 600 leaves fewer than two samples"));
 }
 
 }  // namespace

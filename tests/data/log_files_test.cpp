@@ -23,7 +23,7 @@ LogConfig splits(std::vector<std::string> train, std::vector<std::string> valida
   return config;
 }
 
-TEST(LogFiles, ExpandsNamesAndGlobsSortedAndOnce) {
+TEST(LogFiles, ExpandsNamesAndGlobsInOrderWithoutDuplicates) {
   const ScratchDirectory scratch;
   for (const char* name : {"run2.csv", "run10.csv", "run1.csv", "other.csv"}) scratch.write(name, name);
   EXPECT_THAT(expand_files(scratch.path(), {"run*.csv", "run1.csv"}),
@@ -34,18 +34,19 @@ TEST(LogFiles, ExpandsNamesAndGlobsSortedAndOnce) {
   EXPECT_THAT(expand_files(scratch.path(), {scratch.path("run1.csv")}), ElementsAre(scratch.path("run1.csv")));
 }
 
-TEST(LogFiles, TakesNamesWithGlobCharactersLiterally) {
+TEST(LogFiles, PrefersExistingNamesWithGlobCharacters) {
   const ScratchDirectory scratch;
   scratch.write("day [1]/run*.csv", "x");
   scratch.write("day [1]/run2.csv", "y");
   const std::string day = scratch.path("day [1]");
-  EXPECT_THAT(expand_files(day, {"run*.csv"}), ElementsAre(day + "/run*.csv"));  // it is there: no glob
+  EXPECT_THAT(expand_files(day, {"run*.csv"}),
+              ElementsAre(day + "/run*.csv"));  // a file of this name exists, so it is not a glob
   EXPECT_THAT(expand_files(day, {"run?.csv"}), ElementsAre(day + "/run*.csv", day + "/run2.csv"));
 }
 
-TEST(LogFiles, NamesPatternAndDirectoryWhenNothingMatches) {
+TEST(LogFiles, NamesPatternAndDirectoryIfNothingMatches) {
   const ScratchDirectory scratch;
-  std::filesystem::create_directory(scratch.path("run1.csv"));  // a directory is no log
+  std::filesystem::create_directory(scratch.path("run1.csv"));  // a directory is not a log
   EXPECT_THAT(thrown_message([&] { expand_files(scratch.path(), {"run*.csv"}); }),
               AllOf(HasSubstr("no file matches \"run*.csv\""), HasSubstr(scratch.path())));
   EXPECT_THAT(thrown_message([&] { expand_files(scratch.path("nowhere"), {"a.csv"}); }),
@@ -111,7 +112,7 @@ Dataset two_logs() {
   return data;
 }
 
-TEST(LogStarts, EachRunBeginsAtEachStartThatItReaches) {
+TEST(LogStarts, EachRunIsRepeatedFromEachStartWithinIt) {
   const Dataset logs = two_logs(), started = started_at(logs, {0.0, 0.3, 4.0});
   ASSERT_EQ(started.trajectories.size(), 5u) << "the short log ends after 3 s";
   EXPECT_EQ(started.trajectories[0].source, "long.csv");
@@ -130,7 +131,7 @@ TEST(LogStarts, EachRunBeginsAtEachStartThatItReaches) {
   EXPECT_EQ(started.trajectories[4].samples(), 61);
 }
 
-TEST(LogStarts, AStartBeyondAllLogsIsRefused) {
+TEST(LogStarts, RefusesAStartBeyondAllLogs) {
   EXPECT_THROW(started_at(two_logs(), {-1.0}), codegen::Error);
   EXPECT_THAT(thrown_message([&] {
                 started_at(two_logs(), {0.0, 10.0});

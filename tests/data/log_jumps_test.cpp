@@ -27,7 +27,7 @@ using Column = std::function<double(int)>;
 
 class LogJumps : public ::testing::Test {
  protected:
-  /// 2000 rows at 100 Hz: an output y that swings, and states under `headings`.
+  /// Loads 2000 rows at 100 Hz: an output y that swings, and states with these headings. Returns the notes.
   std::vector<std::string> notes(const std::vector<std::string>& headings, const std::vector<Column>& states,
                                  const std::string& unit = "") {
     LogConfig config;
@@ -58,31 +58,31 @@ class LogJumps : public ::testing::Test {
 double course(int k) {
   return 0.01 * k + 0.8 * std::sin(0.02 * k);
 }
-/// -1 from row 300 to 699 and from 1500 to 1799.
+/// -1 in rows 300 to 699 and 1500 to 1799, else 1.
 double side(int k) {
   return (k >= 300 && k < 700) || (k >= 1500 && k < 1800) ? -1.0 : 1.0;
 }
 
-TEST_F(LogJumps, OfAQuaternionsSignAreNotedOnceWithTheRemedy) {
+TEST_F(LogJumps, OfTheSignOfAQuaternionAreNotedOnceWithTheRemedy) {
   const Column w = [](int k) { return side(k) * std::cos(0.5 * course(k)); },
                z = [](int k) { return side(k) * std::sin(0.5 * course(k)); };
   EXPECT_THAT(notes({"a", "b"}, {w, z}),
               ElementsAre(AllOf(HasSubstr("log.csv:302: \"a\" and \"b\" change the sign, "), HasSubstr("(4 such rows)"),
-                                HasSubstr("take elements of its rotation matrix instead, in the log: 1"))));
-  EXPECT_THAT(notes({"q_w"}, {w}), ElementsAre(HasSubstr("\"q_w\" changes the sign"))) << "its heading says it";
+                                HasSubstr("use elements of its rotation matrix instead, in the log: 1"))));
+  EXPECT_THAT(notes({"q_w"}, {w}), ElementsAre(HasSubstr("\"q_w\" changes the sign"))) << "its heading is enough";
   EXPECT_THAT(notes({"a", "b"}, {[&](int k) { return side(k) * w(k); }, [&](int k) { return side(k) * z(k); }}),
               IsEmpty())
       << "control";
 }
 
-TEST_F(LogJumps, APositiveQuaternionIsNotTakenForAWrap) {
+TEST_F(LogJumps, OfAPositiveQuaternionAreNotReportedAsAWrap) {
   const auto canonical = [](int k) { return std::cos(0.5 * course(k)) < 0.0 ? -1.0 : 1.0; };
   EXPECT_THAT(notes({"w", "z"}, {[&](int k) { return canonical(k) * std::cos(0.5 * course(k)); },
                                  [&](int k) { return canonical(k) * std::sin(0.5 * course(k)); }}),
               ElementsAre(AllOf(HasSubstr("\"z\" changes the sign, "), HasSubstr("quaternion"))));
 }
 
-TEST_F(LogJumps, OfAnAngleAreNotedWithItsTurn) {
+TEST_F(LogJumps, OfAnAngleAreNotedWithItsFullTurn) {
   const auto wrapped = [](double turn, double low) {
     return [=](int k) { return low + std::fmod(turn * (0.31 + 0.004 * k + 0.02 * std::sin(0.05 * k)), turn); };
   };
@@ -95,7 +95,7 @@ TEST_F(LogJumps, OfAnAngleAreNotedWithItsTurn) {
   EXPECT_THAT(notes({"a"}, {[&](int k) { return std::floor(counts(k)); }}), ElementsAre(HasSubstr("wrap = 4096 ")));
   EXPECT_THAT(notes({"a"}, {[](int k) { return k < 1000 ? 3.0 : -3.2; }}, "rad"),
               Contains(AllOf(HasSubstr("log.csv:1002: \"a\" jumps from 3 to -3.2: an angle that wraps?"))))
-      << "its unit says it, once is enough";
+      << "with the unit of an angle, one jump is enough";
 }
 
 TEST_F(LogJumps, OfColumnsThatChangePlacesAreNoted) {
@@ -118,7 +118,7 @@ TEST_F(LogJumps, OfColumnsThatChangePlacesAreNoted) {
   EXPECT_THAT(notes(names, columns(joint)), IsEmpty()) << "control";
 }
 
-TEST_F(LogJumps, OfThePlantItselfAreLeftInPeace) {
+TEST_F(LogJumps, OfThePlantItselfAreNotReported) {
   std::mt19937 engine(3);
   std::normal_distribution<double> noise(0.0, 1.0);
   const auto square = [](int k) { return k % 100 < 50 ? 1.0 : -1.0; };

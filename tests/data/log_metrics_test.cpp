@@ -24,7 +24,7 @@ constexpr double kMetricRounding = 1e-12;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 const EvaluationWindows kWindows = {{"all", 0.0, kEnd}, {"after_2_s", 2.0, kEnd}, {"early", 0.5, 5.0}};
 
-/// Ten seconds at 10 Hz, all states zero, every sample counts.
+/// Ten seconds at 10 Hz with all states zero and no mask.
 Dataset at_rest(std::vector<Channel> states) {
   Dataset data;
   data.states = std::move(states);
@@ -50,7 +50,7 @@ TEST(LogMetrics, SeparatesItsWindows) {
   EXPECT_NEAR(error.rmse[2], std::sqrt(15 * 4.0 / 45.0), kMetricRounding);
 }
 
-TEST(LogMetrics, DoesNotCountMaskedSamples) {
+TEST(LogMetrics, IgnoresMaskedSamples) {
   Dataset data = at_rest({{"v", "", 0.0}});
   MatrixXd estimate = MatrixXd::Constant(1, 101, 3.0);
   estimate(0, 40) = 1e6;
@@ -65,7 +65,7 @@ TEST(LogMetrics, ComparesAnglesTheShortWayRound) {
   const StateError phi = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[0];
   const StateError x = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[1];
   EXPECT_NEAR(phi.rmse[0], 1.0, kMetricRounding);
-  EXPECT_NEAR(x.rmse[0], 359.0, kMetricRounding * 359.0);  // control: this one is no angle
+  EXPECT_NEAR(x.rmse[0], 359.0, kMetricRounding * 359.0);  // control: this state is not an angle
 }
 
 TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
@@ -73,7 +73,7 @@ TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
   data.trajectories[0].states.row(0).setConstant(std::sin(3.1));
   data.trajectories[0].states.row(1).setConstant(std::cos(3.1));
   MatrixXd estimate(2, 101);
-  estimate.row(0).setConstant(0.7 * std::sin(-3.1));  // off the unit circle, and across the wrap
+  estimate.row(0).setConstant(0.7 * std::sin(-3.1));  // not on the unit circle, and across the wrap
   estimate.row(1).setConstant(0.7 * std::cos(-3.1));
   const LogMetrics metrics = log_metrics(data, {estimate}, {{"phi", "rad", kTurn, 0}});
   ASSERT_EQ(metrics.pooled.size(), 3u);
@@ -82,13 +82,13 @@ TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
   EXPECT_NEAR(metrics.pooled[2].rmse[0], kTurn - 6.2, kMetricRounding);
 }
 
-TEST(LogMetrics, TellsTheAngleBetweenDirectionsToRoundingHoweverSmallOrLarge) {
+TEST(LogMetrics, ComputesSmallAndLargeAnglesBetweenDirectionsToRounding) {
   Dataset data = at_rest({{"up_x", "", 0.0}, {"up_y", "", 0.0}, {"up_z", "", 0.0}});
   data.trajectories[0].states.row(2).setOnes();
   for (const double degrees : {1e-7, 0.5, 90.0, 179.9999}) {
     const double angle = degrees * kTurn / 360.0;
     MatrixXd estimate = MatrixXd::Zero(3, 101);
-    estimate.row(1).setConstant(0.7 * std::sin(angle));  // its length does not matter
+    estimate.row(1).setConstant(0.7 * std::sin(angle));  // its length has no effect
     estimate.row(2).setConstant(0.7 * std::cos(angle));
     const StateError error = log_metrics(data, {estimate}, {{"up", "deg", 0.0, 0, 3}}).pooled[3];
     EXPECT_NEAR(error.rmse[0], degrees, 1e-9 * degrees);
@@ -125,9 +125,9 @@ TEST(LogMetrics, ALogOfManyRunsIsOneFile) {
   EXPECT_NEAR(metrics.files[1].states[0].rmse[0], 4.0, kMetricRounding);
 }
 
-TEST(LogMetrics, SaysNothingWhereNothingCounts) {
+TEST(LogMetrics, HasNoErrorWithoutScoredSamples) {
   Dataset data = at_rest({{"v", "", 0.0}});
-  data.trajectories[0].time_s *= 0.1;  // one second: no sample after 2 s
+  data.trajectories[0].time_s *= 0.1;  // one second, so no sample after 2 s
   const StateError error = log_metrics(data, {MatrixXd::Zero(1, 101)}, {}, kWindows).pooled[0];
   EXPECT_EQ(error.rmse[0], 0.0);
   EXPECT_TRUE(std::isnan(error.rmse[1]));
@@ -161,7 +161,7 @@ TEST(EvaluationWindows, FitTheSlowestTimeConstantAndTheHorizon) {
       {"an oscillator", {-1.0, -4.0}, {{-0.3, 0.9}}, 50.0, 16.0},
       {"an epidemic in days", {-0.25, -1.0}, {}, 120.0, 20.0},
       {"a battery", {-0.001, -0.1}, {}, 36000.0, 5000.0},
-      {"one that never settles", {-0.01}, {}, 50.0, 25.0},  // 500 s would leave nothing of the horizon
+      {"one that never settles", {-0.01}, {}, 50.0, 25.0},  // 500 s would exceed the horizon
   };
   for (const Plant& plant : plants) {
     const EvaluationWindows windows = evaluation_windows({}, decay_rate(observer_of(plant)), plant.horizon_s);
@@ -174,21 +174,21 @@ TEST(EvaluationWindows, FitTheSlowestTimeConstantAndTheHorizon) {
   }
 }
 
-TEST(EvaluationWindows, WithoutEigenvaluesTheHorizonDecidesAlone) {
+TEST(EvaluationWindows, DependOnlyOnTheHorizonWithoutEigenvalues) {
   EXPECT_EQ(evaluation_windows({}, decay_rate({}), 50.0)[2].from_s, 10.0);
 }
 
-TEST(EvaluationWindows, ConfiguredOnesReplaceTheDerived) {
+TEST(EvaluationWindows, ConfiguredWindowsReplaceDerivedOnes) {
   EvaluationConfig config;
   config.windows = {{"early", 0.5, 5.0}, {"late", 2.0, std::numeric_limits<double>::infinity()}};
   const EvaluationWindows windows = evaluation_windows(config, 0.0, 50.0);
   ASSERT_EQ(windows.size(), 3U);
-  EXPECT_EQ(settled_window(windows), 2U) << "the first that lasts to the end";
+  EXPECT_EQ(settled_window(windows), 2U) << "the first window that lasts to the end";
   EXPECT_EQ(window_text(windows[0]), "all");
   EXPECT_EQ(window_text(windows[1]), "early (0.5-5 s)");
   EXPECT_EQ(window_text(windows[2]), "late (t >= 2 s)");
   config.windows.pop_back();
-  EXPECT_EQ(settled_window(evaluation_windows(config, 0.0, 50.0)), 0U) << "none lasts";
+  EXPECT_EQ(settled_window(evaluation_windows(config, 0.0, 50.0)), 0U) << "no window lasts to the end";
   config.settling_window_s = 0.3;
   EXPECT_EQ(settling_window_s(config, windows, 50.0), 0.3);
 }

@@ -47,7 +47,7 @@ TEST(LogReport, ShowsManyLongNotesInTwentyFiveLinesOf120ColumnsAndCountsTheRest)
   EXPECT_EQ(lines.back(), "note: 28 more notes are in report.html");
 }
 
-TEST(LogReport, GivesAWordThatIsTooLongALineOfItsOwn) {
+TEST(LogReport, GivesAVeryLongWordItsOwnLine) {
   const std::string path(300, 'x');
   const std::vector<std::string> lines = note_lines({"the file " + path + " is empty"});
   EXPECT_EQ(lines.size(), 3U);

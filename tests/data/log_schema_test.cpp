@@ -25,7 +25,7 @@ const ColumnConfig kTime = column("t", ColumnRole::kTime, {.column = "time"});
 const ColumnConfig kAngle = column("theta", ColumnRole::kOutput, {.unit = "rad", .wrap = kTurn});
 const ColumnConfig kVelocity = column("omega", ColumnRole::kState, {.unit = "rad/s", .derivative_of = "theta"});
 
-TEST(LogSchema, MakesChannelsOfColumnsInTheirOrder) {
+TEST(LogSchema, MakesChannelsFromColumnsInTheirOrder) {
   const LogSchema schema = resolve_columns(
       with_columns({kVelocity, kTime, kAngle, column("x", ColumnRole::kState, {.column = "pos", .unit = "m"}),
                     column("u", ColumnRole::kInput, {.column = "torque"}), column("id", ColumnRole::kIgnored)}));
@@ -38,7 +38,7 @@ TEST(LogSchema, MakesChannelsOfColumnsInTheirOrder) {
   EXPECT_EQ(schema.state_channels[0].name, "omega");
   EXPECT_EQ(schema.state_channels[0].wrap, 0.0);  // a velocity does not wrap
   EXPECT_EQ(schema.states[0].heading, "theta");
-  EXPECT_EQ(schema.states[0].wrap, kTurn);  // but what it comes from does
+  EXPECT_EQ(schema.states[0].wrap, kTurn);  // but the angle that it comes from does
   EXPECT_EQ(schema.states[1].heading, "pos");
   EXPECT_EQ(schema.inputs.size(), 1u);
 }
@@ -49,7 +49,7 @@ ColumnConfig computed(const char* name, const char* expression) {
   return result;
 }
 
-TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnes) {
+TEST(LogSchema, PutsComputedOutputsAfterMeasuredOnes) {
   ColumnConfig angle = kAngle;
   const ColumnConfig speed = column("v", ColumnRole::kOutput, {.unit = "m/s"});
   angle.encoding = Encoding::kSincos;
@@ -60,7 +60,7 @@ TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnes) {
   EXPECT_EQ(schema.output_channels[2].name, "v");
   EXPECT_EQ(schema.output_channels[3].name, "p");
   EXPECT_EQ(schema.output_channels[4].expression, "v * u^3");
-  EXPECT_EQ(schema.outputs.size(), 2u);  // both are in the file
+  EXPECT_EQ(schema.outputs.size(), 2u);  // the two columns of the file
 }
 
 TEST(LogSchema, RefusesComputedOutputsThatFlightCouldNotCompute) {
@@ -103,7 +103,7 @@ TEST(LogSchema, SplitsAnAngleIntoSineAndCosine) {
   EXPECT_EQ(schema.state_sources[2].kind, StateKind::kCosineOfMeasured);
 }
 
-TEST(LogSchema, TellsHiddenStatesFromMeasuredOnes) {
+TEST(LogSchema, DistinguishesHiddenFromMeasuredStates) {
   const LogSchema schema =
       resolve_columns(with_columns({kTime, column("other", ColumnRole::kOutput), kAngle, kVelocity,
                                     column("same", ColumnRole::kState, {.column = "theta"}),
@@ -115,7 +115,7 @@ TEST(LogSchema, TellsHiddenStatesFromMeasuredOnes) {
   EXPECT_EQ(schema.state_sources[2].kind, StateKind::kHidden);
 }
 
-TEST(LogSchema, DerivesFromANameOrElseAHeading) {
+TEST(LogSchema, FindsTheColumnOfADerivativeByNameOrHeading) {
   const ColumnConfig renamed = column("arm", ColumnRole::kOutput, {.column = "theta", .wrap = 360.0});
   EXPECT_EQ(resolve_columns(with_columns({kTime, renamed, kVelocity})).states[0].wrap, 360.0);
 }
@@ -129,7 +129,7 @@ TEST(LogSchema, ReadsTimeInItsUnit) {
               HasSubstr("\"t\": unit \"m\" of the time column: expected s, ms, us, ns, min or h"));
 }
 
-TEST(LogSchema, DoesWithoutATimeColumnWhenThePeriodIsGiven) {
+TEST(LogSchema, NeedsNoTimeColumnIfThePeriodIsGiven) {
   LogConfig config = with_columns({kAngle, kVelocity});
   EXPECT_THAT(thrown_message([&] { resolve_columns(config); }),
               HasSubstr("no column has role \"time\" and sample_period_s is not given"));
@@ -137,30 +137,30 @@ TEST(LogSchema, DoesWithoutATimeColumnWhenThePeriodIsGiven) {
   EXPECT_EQ(resolve_columns(config).time_heading, "");
 }
 
-TEST(LogSchema, RefusesColumnsThatMakeNoObserver) {
+TEST(LogSchema, RefusesColumnsWithoutOutputOrState) {
   EXPECT_THAT(error_in({kTime, kVelocity, column("theta", ColumnRole::kIgnored)}),
               HasSubstr("no column has role \"output\""));
   EXPECT_THAT(error_in({kTime, kAngle}), HasSubstr("no column has role \"state\""));
   EXPECT_THAT(error_in({kTime, kTime, kAngle, kVelocity}), HasSubstr("a second column with role \"time\""));
 }
 
-TEST(LogSchema, RefusesNamesThatAreTaken) {
+TEST(LogSchema, RefusesDuplicateNames) {
   EXPECT_THAT(error_in({kTime, kAngle, column("theta", ColumnRole::kState)}),
-              AllOf(HasSubstr("\"theta\": the name is taken"), HasSubstr("two names")));
+              AllOf(HasSubstr("\"theta\": the name is used twice"), HasSubstr("two names")));
   ColumnConfig angle = kAngle;
   angle.encoding = Encoding::kSincos;
   EXPECT_THAT(error_in({kTime, angle, kVelocity, column("theta_cos", ColumnRole::kState)}),
-              HasSubstr("\"theta_cos\": the name is taken"));
+              HasSubstr("\"theta_cos\": the name is used twice"));
 }
 
-TEST(LogSchema, RefusesAnglesThatAreNone) {
+TEST(LogSchema, RefusesInvalidAngles) {
   EXPECT_THAT(error_in({kTime, kVelocity, column("theta", ColumnRole::kOutput, {.encoding = Encoding::kSincos})}),
               HasSubstr("needs the angle's wrap"));
   EXPECT_THAT(error_in({kTime, kVelocity, column("theta", ColumnRole::kOutput, {.wrap = -1.0})}),
               HasSubstr("wrap = -1"));
 }
 
-TEST(LogSchema, RefusesDerivativesOfNothing) {
+TEST(LogSchema, RefusesDerivativesOfUnknownColumns) {
   ColumnConfig velocity = kVelocity;
   velocity.derivative_of = "tetha";
   EXPECT_THAT(error_in({kTime, kAngle, velocity}),
@@ -181,7 +181,7 @@ ColumnConfig converted(ColumnConfig column, const std::string& file_unit, double
   return column;
 }
 
-TEST(LogSchema, CellsConvertByScaleAndOffsetAndThenFromTheFilesUnit) {
+TEST(LogSchema, ConvertsCellsByScaleAndOffsetAndThenFromTheirUnit) {
   const auto height = column("height", ColumnRole::kState, {.unit = "m"});
   const auto cells_of = [&](const ColumnConfig& state) {
     const LogColumn resolved = resolve_columns(with_columns({kTime, kAngle, state})).states[0];
@@ -191,13 +191,13 @@ TEST(LogSchema, CellsConvertByScaleAndOffsetAndThenFromTheFilesUnit) {
   EXPECT_EQ(cells_of(converted(height, "m")), std::pair(1.0, 0.0));
   EXPECT_EQ(cells_of(converted(height, "", 0.5, 3.0)), std::pair(0.5, 3.0));
   EXPECT_EQ(cells_of(converted(height, "cm")), std::pair(0.01, 0.0));
-  EXPECT_EQ(cells_of(converted(height, "cm", 2.0, 50.0)), std::pair(0.02, 0.5));  // 2 cell + 50 is in cm
+  EXPECT_EQ(cells_of(converted(height, "cm", 2.0, 50.0)), std::pair(0.02, 0.5));  // 2 cell + 50 [cm]
   const auto warm = cells_of(converted(column("warm", ColumnRole::kState, {.unit = "K"}), "degC", 0.1, -40.0));
   EXPECT_DOUBLE_EQ(warm.first, 0.1);
   EXPECT_DOUBLE_EQ(warm.second, 233.15);
 }
 
-TEST(LogSchema, RefusesConversionsThatAreNone) {
+TEST(LogSchema, RefusesInvalidConversions) {
   const auto height = column("height", ColumnRole::kState, {.unit = "m"});
   EXPECT_THAT(
       error_in({kTime, kAngle, converted(height, "V")}),
@@ -215,27 +215,28 @@ TEST(LogSchema, RefusesConversionsThatAreNone) {
   EXPECT_THAT(error_in({kTime, kAngle, converted(kVelocity, "", 2.0)}), HasSubstr("set them at \"theta\""));
 }
 
-TEST(LogSchema, AVelocityHasTheUnitItIsWantedIn) {
+TEST(LogSchema, AVelocityIsConvertedToItsUnit) {
   const auto rate_of = [](const ColumnConfig& angle, const ColumnConfig& velocity) {
     return resolve_columns(with_columns({kTime, angle, velocity})).states[0].rate;
   };
   ColumnConfig degrees = column("theta", ColumnRole::kOutput, {.unit = "deg", .wrap = 360.0});
   ColumnConfig velocity = kVelocity;
   EXPECT_EQ(rate_of(kAngle, velocity), 1.0);
-  EXPECT_DOUBLE_EQ(rate_of(degrees, velocity), kTurn / 360.0);  // deg/s, wanted in rad/s
+  EXPECT_DOUBLE_EQ(rate_of(degrees, velocity), kTurn / 360.0);  // deg/s, converted to rad/s
   velocity.unit = "rpm";
   EXPECT_DOUBLE_EQ(rate_of(kAngle, velocity), 60.0 / kTurn);
-  velocity.unit = "knots";  // not in the table: nothing is known, and nothing is done
+  velocity.unit = "knots";  // not in the table of units, so nothing is converted
   EXPECT_EQ(rate_of(degrees, velocity), 1.0);
   EXPECT_EQ(rate_of(degrees, converted(kVelocity, "deg/s")), kTurn / 360.0);
   velocity.unit = "m/s";
   EXPECT_THAT(
       error_in({kTime, kAngle, velocity}),
-      HasSubstr("\"omega\": unit = \"m/s\" (speed) cannot be of the derivative of \"theta\", whose unit is \"rad\" "
-                "(angle): expected one of angular velocity"));
+      HasSubstr(
+          "\"omega\": unit = \"m/s\" (speed) cannot be the unit of the derivative of \"theta\", whose unit is \"rad\" "
+          "(angle): expected one of angular velocity"));
 }
 
-TEST(LogSchema, AStateInAnotherUnitThanItsOutputIsNoMeasurementOfIt) {
+TEST(LogSchema, AStateInAnotherUnitThanItsOutputIsNotMeasuredByIt) {
   const auto kind_of = [](const std::string& file_unit) {
     ColumnConfig state = column("truth", ColumnRole::kState, {.column = "theta", .unit = "rad", .wrap = kTurn});
     state.file_unit = file_unit;

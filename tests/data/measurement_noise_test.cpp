@@ -51,10 +51,10 @@ TEST(MeasurementNoise, SameSeedAndRunGiveTheSameBits) {
   EXPECT_EQ(MeasurementNoise(kGaussian, 5, 9).on(clean), MeasurementNoise(kGaussian, 5, 9).on(clean));
 }
 
-TEST(MeasurementNoise, OtherSeedsAndRunsAreUnrelated) {
+TEST(MeasurementNoise, OtherSeedsAndRunsAreUncorrelated) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Zero(1, 1000);
   const Eigen::MatrixXd one = MeasurementNoise(kGaussian, 5, 9).on(clean);
-  // Seed 5 run 9, and what a naive seed + run would confuse it with.
+  // Seed 5 run 9, and pairs that a simple seed + run could not distinguish.
   for (const auto& [seed, run] : {std::pair{6, 8}, {5, 10}, {9, 5}, {14, 0}}) {
     const Eigen::MatrixXd other =
         MeasurementNoise(kGaussian, static_cast<std::uint64_t>(seed), static_cast<std::uint64_t>(run)).on(clean);
@@ -67,7 +67,7 @@ TEST(MeasurementNoise, IsIndependentForEachSensor) {
   const NoiseConfig noise = parse_noise("gaussian:0.5,none,uniform:3");
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Constant(3, 5000, 2.0);
   const Eigen::MatrixXd v = MeasurementNoise(noise, 3, 0).on(clean) - clean;
-  // Standard error of a deviation from 5,000 draws: 1 %; four of them.
+  // Four standard errors of a deviation from 5,000 draws, each 1 %.
   EXPECT_NEAR(std::sqrt(v.row(0).squaredNorm() / 5000.0), 0.5, 0.02);
   EXPECT_TRUE((v.row(1).array() == 0.0).all());
   EXPECT_NEAR(std::sqrt(v.row(2).squaredNorm() / 5000.0), std::sqrt(3.0), 0.07);
@@ -76,7 +76,7 @@ TEST(MeasurementNoise, IsIndependentForEachSensor) {
   EXPECT_EQ(noise_title(noise), "N(0, 0.5), no noise, U(-3, 3)");
 }
 
-TEST(MeasurementNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
+TEST(MeasurementNoise, IsAddedToTheAngleNotToItsSine) {
   constexpr Eigen::Index kSamples = 100;
   constexpr double kDegree = 3.141592653589793 / 180.0;
   const Eigen::RowVectorXd angle = Eigen::RowVectorXd::LinSpaced(kSamples, -400.0, 400.0);
@@ -86,7 +86,7 @@ TEST(MeasurementNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
   const NoiseConfig noise{NoiseKind::kGaussian, 20.0};
   const Eigen::MatrixXd expected = MeasurementNoise(noise, 3, 0).on(plain);
   const Eigen::MatrixXd measured = MeasurementNoise(noise, 3, 0).on(encoded, {{0, 360.0}});
-  // With equal draws: the sine and the cosine of the angle that a plain sensor shows.
+  // With equal draws: sine and cosine of the angle that a sensor without encoding shows.
   EXPECT_LE((measured.row(0).array() - (kDegree * expected.row(0).array()).sin()).abs().maxCoeff(), 1e-13);
   EXPECT_LE((measured.row(1).array() - (kDegree * expected.row(0).array()).cos()).abs().maxCoeff(), 1e-13);
   EXPECT_EQ(measured.row(2), expected.row(1));
@@ -104,7 +104,7 @@ TEST(MeasurementNoise, StudentsTHasItsTails) {
   }
 }
 
-TEST(MeasurementNoise, OutliersComeInTheirShareAndABiasStaysForARun) {
+TEST(MeasurementNoise, OutliersHaveTheirShareAndABiasIsConstantInARun) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Constant(1, 20000, 1.0);
   const Eigen::MatrixXd v = MeasurementNoise(parse_noise("none+outliers:0.1:8"), 3, 0).on(clean) - clean;
   EXPECT_NEAR((v.array() != 0.0).cast<double>().mean(), 0.1, 0.007);  // three standard errors
@@ -127,13 +127,13 @@ TEST(MeasurementNoise, AQuantisedSensorGivesMultiplesOfItsStep) {
   EXPECT_TRUE(((4.0 * shown).array().round() == (4.0 * shown).array()).all());
 }
 
-TEST(MeasurementNoise, NoneLeavesTheOutputsAlone) {
+TEST(MeasurementNoise, NoneLeavesTheOutputsUnchanged) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Random(2, 10);
   EXPECT_EQ(MeasurementNoise({}, 1, 1).on(clean), clean);
 }
 
-TEST(MeasurementNoise, FirstDrawsStayAsTheyAre) {
-  // Computed apart, from the published recurrences of SplitMix64 and MT19937-64: a change here changes all results.
+TEST(MeasurementNoise, FirstDrawsNeverChange) {
+  // Computed separately from the published recurrences of SplitMix64 and MT19937-64. A change here changes all results.
   MeasurementNoise uniform({NoiseKind::kUniform, 1.0}, 1, 0);
   const double a = uniform.draw(), b = uniform.draw();
   EXPECT_EQ(a, -0.11701665110749704);
@@ -160,7 +160,7 @@ TEST(MeasurementNoise, DelaysByTheDeclaredTime) {
   EXPECT_EQ(drawn.row(1), ramp(1, 50));
 }
 
-TEST(MeasurementNoise, JitterIsUniformAndOfTheLoop) {
+TEST(MeasurementNoise, JitterIsUniformAndCommonToAllSensors) {
   constexpr Eigen::Index kSamples = 20'000;
   const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+jitter:0.4"), 3, 0).on(ramp(2, kSamples));
   EXPECT_EQ(y.row(0), y.row(1));
@@ -170,12 +170,12 @@ TEST(MeasurementNoise, JitterIsUniformAndOfTheLoop) {
   EXPECT_NEAR(off.square().mean() / 0.16, 1.0 / 3.0, 5.0 * std::sqrt(4.0 / 45.0 / kSamples));
 }
 
-TEST(MeasurementNoise, MissingSamplesAreNoNumbersAndHeldAsTheLast) {
+TEST(MeasurementNoise, MissingSamplesAreNanAndHeldAtTheLastValue) {
   constexpr Eigen::Index kSamples = 40'000;
   const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+missing:0.1:4,none"), 3, 0).on(ramp(2, kSamples));
   const auto missing = y.row(0).array().isNaN();
   EXPECT_FALSE(missing(0));
-  // 1,000 bursts whose lengths deviate by 3.5: five standard errors.
+  // 1,000 bursts whose lengths have a standard deviation of 3.5: five standard errors.
   EXPECT_NEAR(missing.cast<double>().mean(), 0.1, 0.02);
   double bursts = 0.0;
   for (Eigen::Index k = 1; k < kSamples; ++k) bursts += missing(k) && !missing(k - 1) ? 1.0 : 0.0;
@@ -185,7 +185,7 @@ TEST(MeasurementNoise, MissingSamplesAreNoNumbersAndHeldAsTheLast) {
   for (Eigen::Index k = 1; k < kSamples; ++k) ASSERT_EQ(filled(0, k), missing(k) ? filled(0, k - 1) : y(0, k));
 }
 
-TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherSaysSo) {
+TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherIsMarkedMissing) {
   constexpr Eigen::Index kSamples = 40'000;
   const Eigen::MatrixXd clean = ramp(2, kSamples).array() + 1.0;
   const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+stuck:0.1:4,none+dead:0.1:4"), 3, 0).on(clean);
@@ -201,8 +201,7 @@ TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherSaysSo) {
   constexpr double kPi = 3.14159265358979323;
   const Eigen::MatrixXd angle = MeasurementNoise(parse_noise("none+dead:0.5:4"), 3, 0)
                                     .on(Eigen::Vector2d(1.0, 0.0).replicate(1, 100), {{0, 2.0 * kPi}});
-  for (Eigen::Index k = 0; k < 100; ++k)
-    ASSERT_EQ(angle.col(k).norm(), 1.0) << "an angle that reads 0: sine 0, cosine 1";
+  for (Eigen::Index k = 0; k < 100; ++k) ASSERT_EQ(angle.col(k).norm(), 1.0) << "an angle of 0: sine 0, cosine 1";
   EXPECT_GT(angle.row(1).sum(), 20.0);
 }
 
@@ -212,24 +211,24 @@ TEST(MeasurementNoise, ABiasMayBeCommonAndAReadingClipped) {
     return MeasurementNoise(parse_noise(noise), 3, run).on(clean);
   };
   const Eigen::MatrixXd y = on("none+common_bias:0.4,none+common_bias:0.2", 0);
-  EXPECT_NEAR((y(0, 0) - 1.0) / (y(1, 0) - 1.0), 2.0, 1e-9) << "one draw, in the share of each";
+  EXPECT_NEAR((y(0, 0) - 1.0) / (y(1, 0) - 1.0), 2.0, 1e-9) << "one draw, scaled for each sensor";
   EXPECT_EQ(y(0, 0), y(0, 49));
   EXPECT_NE(y(0, 0), on("none+common_bias:0.4,none+common_bias:0.2", 1)(0, 0));
   EXPECT_EQ(on("none+clipped:0.25", 0), 0.25 * clean);
 }
 
-TEST(MeasurementNoise, TimingFaultsChangeNoRandomNumber) {
+TEST(MeasurementNoise, TimingFaultsDoNotChangeTheRandomNumbers) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 300);
   const Eigen::MatrixXd off =
       MeasurementNoise(parse_noise("gaussian:0.5+outliers:0.1:4"), 5, 9).on(clean) -
       MeasurementNoise(parse_noise("gaussian:0.5+outliers:0.1:4+delay:1:3+jitter:0.3"), 5, 9).on(clean);
-  EXPECT_LE(off.cwiseAbs().maxCoeff(), 1e-12) << "but for the rounding of a cubic through equal samples";
+  EXPECT_LE(off.cwiseAbs().maxCoeff(), 1e-12) << "equal except for rounding of the interpolation";
   const Eigen::MatrixXd lossy = MeasurementNoise(parse_noise("gaussian:0.5+missing:0.3"), 5, 9).on(clean);
   const Eigen::MatrixXd full = MeasurementNoise(parse_noise("gaussian:0.5"), 5, 9).on(clean);
   EXPECT_TRUE((lossy.array().isNaN() || lossy.array() == full.array()).all());
 }
 
-TEST(MeasurementNoise, AnAngleIsDelayedAndLostAsOne) {
+TEST(MeasurementNoise, SineAndCosineOfAnAngleAreDelayedAndMissingTogether) {
   constexpr double kPi = 3.14159265358979323, kCubic = 1e-6;
   const Eigen::ArrayXd angle = 0.1 * ramp(1, 200).transpose().array();
   Eigen::MatrixXd clean(2, 200);

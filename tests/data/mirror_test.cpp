@@ -9,7 +9,7 @@ namespace {
 
 const std::vector<codegen::Channel> kReadings = {{"b", "", 0.0}, {"a_sin", "", 0.0}, {"a_cos", "", 0.0}};
 
-TEST(Mirror, OfAnEncodedAngleChangesTheSineOnly) {
+TEST(Mirror, ChangesOnlyTheSineOfAnEncodedAngle) {
   const Mirror mirror = mirror_of({"a", "not_here"}, kReadings, {{"b", "", 0.0}});
   EXPECT_EQ(mirror.readings, (std::vector<bool>{false, true, false}));
   EXPECT_EQ(mirror.states, std::vector<bool>{false});
@@ -18,11 +18,11 @@ TEST(Mirror, OfAnEncodedAngleChangesTheSineOnly) {
   EXPECT_FALSE(mirror.none());
 }
 
-TEST(Mirror, OfNoChannelsIsNone) {
+TEST(Mirror, IsEmptyWithoutChannels) {
   EXPECT_TRUE(mirror_of({}, kReadings, {}).none());
 }
 
-TEST(Mirror, WidensRangesToThoseOfMirrorImages) {
+TEST(Mirror, WidensRangesToIncludeMirrorImages) {
   Eigen::VectorXd low = Eigen::Vector3d(-1.0, -3.0, 1.0), high = Eigen::Vector3d(2.0, 1.0, -1.0);
   widen_by_mirror(mirror_of({"a", "a_cos"}, kReadings, {}), low, high);
   EXPECT_EQ(low, Eigen::Vector3d(-1.0, -3.0, 1.0));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Logs of a pendulum that is not there, as its rig would write them: thrown so that it goes over the top a few times,
-// then swinging. 60 Hz with stamps rounded to a millisecond, an encoder that wraps and has noise, a logged rate that
-// lags, and in two of the logs a gap. The files in tests/data/pendulum/ are these texts: where no rig's logs are at
-// hand, tests and documents use them. After a change, NLO_REFRESH_GOLDENS=1 writes them anew.
+// Logs of a simulated pendulum in the format of a rig: it is thrown so that it turns over a few times and then swings.
+// 60 Hz with stamps rounded to a millisecond, an encoder with a wrap and noise, a logged rate that lags, and a gap in
+// two of the logs. The files in tests/data/pendulum/ are these texts; tests and documents use them without the logs of
+// a real rig. After a change, NLO_REFRESH_GOLDENS=1 writes them again.
 //   angle'' = -(g / l) sin angle - c angle',   l = 0.4 m, c = 0.3 1/s, hanging at 0
 #pragma once
 
@@ -18,9 +18,9 @@ namespace nlo::trainer {
 struct PendulumLog {
   const char* file;
   unsigned seed;
-  double angle, rate;        ///< start of the throw [rad, rad/s]
+  double angle, rate;        ///< initial state of the throw [rad, rad/s]
   double clock_s;            ///< the first time stamp
-  double gap_from_s, gap_s;  ///< samples that were lost; none when gap_s is 0
+  double gap_from_s, gap_s;  ///< lost samples; none if gap_s is 0
 };
 
 inline constexpr std::array<PendulumLog, 4> kPendulumLogs = {{{"train_1.csv", 1, 0.3, 17.0, 2.347, 0.0, 0.0},
@@ -31,7 +31,8 @@ inline constexpr std::array<PendulumLog, 4> kPendulumLogs = {{{"train_1.csv", 1,
 inline constexpr double kPendulumRate_hz = 60.0, kPendulumDuration_s = 18.0;
 inline constexpr double kPendulumNoise_rad = 0.005;
 
-/// Gaussian to the same bits everywhere: sums of twelve uniform draws, which the standard library does not own.
+/// Gaussian numbers with the same bits on every platform: sums of twelve uniform draws, without distributions of the
+/// standard library.
 inline double pendulum_noise(std::mt19937& engine) {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += static_cast<double>(engine()) * 0x1p-32;
@@ -39,7 +40,7 @@ inline double pendulum_noise(std::mt19937& engine) {
 }
 
 inline std::string pendulum_csv(const PendulumLog& log) {
-  constexpr int kSubsteps = 20;  // RK4 at 0.8 ms: exact to the digits that are printed
+  constexpr int kSubsteps = 20;  // RK4 at 0.8 ms: exact to the printed digits
   constexpr double kGravityOverLength = 9.81 / 0.4, kDamping = 0.3;
   const double period = 1.0 / kPendulumRate_hz, h = period / kSubsteps;
   const auto slope = [&](double angle, double rate) {
@@ -51,7 +52,7 @@ inline std::string pendulum_csv(const PendulumLog& log) {
   const int samples = static_cast<int>(kPendulumDuration_s * kPendulumRate_hz);
   for (int k = 0; k < samples; ++k) {
     const double t = k * period, measured = angle + kPendulumNoise_rad * pendulum_noise(engine);
-    // As firmware does it: a difference, low-passed, some four samples late.
+    // As in firmware: a low-passed difference, about four samples late.
     logged_rate = k == 0 ? 0.0 : 0.8 * logged_rate + 0.2 * (measured - last) / period;
     last = measured;
     if (log.gap_s == 0.0 || t < log.gap_from_s || t >= log.gap_from_s + log.gap_s) {

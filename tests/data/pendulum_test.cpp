@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The committed logs of a pendulum: they are what their generator makes, and the whole road from logs to a judged
-// observer holds on them: rounding, wraps, gap, masks, clocks, mirror.
+// The committed logs of a pendulum: they equal the output of their generator, and the whole pipeline from logs to an
+// evaluated observer works on them, with rounding, wraps, a gap, masks, clocks and mirror.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(Pendulum, LogsEqualTheirGeneratorsOutput) {
   }
 }
 
-TEST(Pendulum, LogsAreRegularSplitAtTheirGapsAndWrap) {
+TEST(Pendulum, LogsAreRegularAndSplitAtTheirGapsAndTheAngleWraps) {
   const LogSplits splits = load_log_splits(*pendulum().log, kDirectory, mirrored_channels(pendulum()));
   EXPECT_NEAR(splits.train.sample_period_s, 1.0 / kPendulumRate_hz, 1e-6);  // 1 ms over 10 s, averaged
   EXPECT_TRUE(splits.train.uniform);
@@ -54,7 +54,7 @@ TEST(Pendulum, LogsAreRegularSplitAtTheirGapsAndWrap) {
   EXPECT_GT(splits.test.trajectories[0].outputs.maxCoeff(), 3.0 * kTurn);  // over the top more than twice
 }
 
-TEST(Pendulum, LoggedRateIsFoundOut) {
+TEST(Pendulum, DetectsTheLagOfTheLoggedRate) {
   LogConfig config = *pendulum().log;
   config.columns[2] = column("rate", ColumnRole::kState, {.unit = "rad/s"});
   const LogSplits splits = load_log_splits(config, kDirectory);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loader on logs of two real rigs, which stay outside this project. Figures are those of the written protocol for
-// these rigs, or measured once with this code.
+// The loader on logs of two real rigs, which are not part of this project. The figures come from the written protocol
+// for these rigs, or were measured once with this code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ TEST_F(RealLogs, QubeAnglesHaveNoJumpsAndAClockOfFourMilliseconds) {
   EXPECT_EQ(splits.train.trajectories.size(), 6u);
   EXPECT_NEAR(splits.train.sample_period_s, 0.004, 1e-6);
   const auto further = ::testing::HasSubstr("output \"theta\" leaves its training range");
-  EXPECT_THAT(splits.report.notes, ::testing::ElementsAre(further, further));  // in logs 7 and 8 the arm drifts
+  EXPECT_THAT(splits.report.notes, ::testing::ElementsAre(further, further));  // the arm drifts in logs 7 and 8
   EXPECT_TRUE(splits.train.uniform && splits.validation.uniform && splits.test.uniform);  // jitter within 6 %
   for (const TimeStampReport& file : splits.report.files) {
     EXPECT_EQ(file.gaps, 0) << file.file;
@@ -68,12 +68,12 @@ TEST_F(RealLogs, QubeAnglesHaveNoJumpsAndAClockOfFourMilliseconds) {
   }
   for (const Trajectory& run : splits.train.trajectories) {
     const Eigen::Index n = run.samples();
-    // 30 rad/s over 4 ms: the pendulum is no faster.
+    // 30 rad/s over 4 ms: the pendulum is not faster.
     EXPECT_LT((run.outputs.rightCols(n - 1) - run.outputs.leftCols(n - 1)).cwiseAbs().maxCoeff(), 0.12) << run.source;
   }
 }
 
-TEST_F(RealLogs, ASpeedThatTheCarCannotHaveIsNotedAndOrdinaryLogsAreLeftInPeace) {
+TEST_F(RealLogs, NotesAnImpossibleSpeedOfTheCarAndNothingInOrdinaryLogs) {
   const auto outliers = [](const std::string& rig, const std::string& files, std::vector<ColumnConfig> columns) {
     LogConfig log;
     log.columns = std::move(columns);
@@ -87,7 +87,7 @@ TEST_F(RealLogs, ASpeedThatTheCarCannotHaveIsNotedAndOrdinaryLogsAreLeftInPeace)
   const ColumnConfig time = column("time", ColumnRole::kTime, {.unit = "s"});
   const auto measured = [](const char* name) { return column(name, ColumnRole::kOutput); };
   const auto truth = [](const char* name) { return column(name, ColumnRole::kState, {.unit = "m/s"}); };
-  // 10.3 m/s, and 2 m/s sideways with it.
+  // A speed of 10.3 m/s, together with 2 m/s sideways.
   using ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
   const std::vector<ColumnConfig> car = {time, measured("yaw_rate"), truth("v_x"), truth("v_y")};
   EXPECT_THAT(outliers("car", "rubber_01.csv", car),
@@ -114,13 +114,13 @@ TEST_F(RealLogs, QubeLoggedVelocitiesLagBehindTheTruth) {
     velocity << table.column("theta_dot").transpose(), table.column("alpha_dot").transpose();
     logged.push_back(velocity);
   }
-  // The protocol's 0.54 and 0.99 rad/s; reasonable smoothers and edge masks differ by some 5 %.
+  // The protocol has 0.54 and 0.99 rad/s; other reasonable smoothers and masks differ by about 5 %.
   const LogMetrics metrics = log_metrics(data, logged);
   EXPECT_NEAR(metrics.pooled[0].rmse[kAll], 0.54, 0.05 * 0.54);
   EXPECT_NEAR(metrics.pooled[1].rmse[kAll], 0.99, 0.05 * 0.99);
 }
 
-TEST_F(RealLogs, QubeLoggedVelocitiesAreFoundOut) {
+TEST_F(RealLogs, DetectsTheLagOfLoggedQubeVelocities) {
   using ::testing::HasSubstr;
   LogConfig config = qube();
   config.columns[3] = column("theta_dot", ColumnRole::kState, {.unit = "rad/s"});
@@ -134,7 +134,7 @@ TEST_F(RealLogs, QubeLoggedVelocitiesAreFoundOut) {
               ::testing::ElementsAre(late("theta_dot", "theta"), late("alpha_dot", "alpha")));
 }
 
-TEST_F(RealLogs, QubeBaselinesAreRanked) {
+TEST_F(RealLogs, QubeBaselinesHaveTheKnownOrder) {
   const LogConfig config = qube();
   const LogSplits splits = load_log_splits(config, directory("qube"));
   const auto rmse = [&](const char* name) {
@@ -155,9 +155,9 @@ TEST_F(RealLogs, DoublePendulumLoadsWithItsGaps) {
   int gaps = 0;
   for (const TimeStampReport& file : splits.report.files) gaps += file.gaps;
   EXPECT_EQ(gaps, 8 + 17 + 15 + 7);
-  EXPECT_FALSE(splits.train.uniform);  // its pauses of 3 to 8 ms are taken as stamped
+  EXPECT_FALSE(splits.train.uniform);  // its pauses of 3 to 8 ms stay as stamped
   EXPECT_EQ(splits.train.trajectories.size(), 3u);
-  // Free of delay: better than the logged backward differences, so both agree to the noise of the latter.
+  // Without delay: more accurate than the logged backward differences, so both agree within the noise of the latter.
   const CsvTable table = CsvTable::read(directory("double_pendulum") + "/trajectory_03.csv");
   Eigen::MatrixXd logged(2, table.rows());
   logged << table.column("vel_meas1").transpose(), table.column("vel_meas2").transpose();

@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// Rows of a noisy wave, `from` to `to`; at rest (all rows the same) before row 100.
+/// Rows `from` to `to` of a noisy wave; at rest (equal rows) before row 100.
 std::string rows(unsigned seed, int from, int to, double clock_s = 0.0, double scale = 1.0) {
   std::mt19937 engine(seed);
   std::normal_distribution<double> noise(0.0, 0.01);
@@ -50,11 +50,11 @@ class TrainingLogsTest : public ::testing::Test {
   LogConfig config_;
 };
 
-TEST_F(TrainingLogsTest, NotesATestLogThatIsACutOfATrainingLog) {
-  EXPECT_THAT(notes_with(rows(3, 0, 900)), IsEmpty());  // the same rest, another run
+TEST_F(TrainingLogsTest, NotesATestLogThatIsAPartOfATrainingLog) {
+  EXPECT_THAT(notes_with(rows(3, 0, 900)), IsEmpty());  // control: the same rest at the start, but another run
   EXPECT_THAT(notes_with(rows(1, 400, 600, 77.0)),
-              ElementsAre(AllOf(HasSubstr("test.csv: 100 % of its moving rows stand in the training log train1.csv"),
-                                HasSubstr("take it out of test_files"))));
+              ElementsAre(AllOf(HasSubstr("test.csv: 100 % of its moving rows are also in the training log train1.csv"),
+                                HasSubstr("remove it from test_files"))));
 }
 
 TEST_F(TrainingLogsTest, NotesOutputsBeyondTheTrainingRange) {
@@ -74,7 +74,7 @@ TEST_F(TrainingLogsTest, TrainingRangeIncludesMirrorImages) {
               ElementsAre(HasSubstr("leaves its training range, 0 to 1 m")));
 }
 
-TEST_F(TrainingLogsTest, ModelKnowsTheLogsThatTrainedIt) {
+TEST_F(TrainingLogsTest, ModelRecordsTheLogsThatTrainedIt) {
   scratch_.write("test.csv", rows(3, 0, 900));
   const LogSplits splits = load_log_splits(config_, scratch_.path());
   const TrainingLogs remembered = parse_training_logs(to_text(splits.remembered));
@@ -96,7 +96,7 @@ TEST_F(TrainingLogsTest, ModelKnowsTheLogsThatTrainedIt) {
   EXPECT_THAT(notes_on(rows(2, 300, 800, 5.0)), ElementsAre(HasSubstr("of the training log train2.csv")));
 }
 
-TEST_F(TrainingLogsTest, FactIsPlainTextForAnyFileName) {
+TEST_F(TrainingLogsTest, ProvenanceIsPlainTextForAnyFileName) {
   TrainingLogs logs;
   logs.logs.push_back({"run 1, a.csv", 12, {}});
   logs.outputs.push_back({"a", -0.5, 1e-3});
@@ -108,13 +108,13 @@ TEST_F(TrainingLogsTest, FactIsPlainTextForAnyFileName) {
   EXPECT_THAT(thrown_message([] { parse_training_logs("lag 1  a.csv"); }), HasSubstr("a line begins with \"lag\""));
 }
 
-TEST(LogContent, WindowsAtRestCountForNothing) {
+TEST(LogContent, IgnoresWindowsAtRest) {
   LogFile log;
   log.time_s = Eigen::VectorXd::LinSpaced(200, 0.0, 199.0);
   log.columns["a"] = Eigen::VectorXd::Zero(200);
   EXPECT_TRUE(content_of(log, {"a"}).windows.empty());
   log.columns["a"].tail(100).setLinSpaced(100, 1.0, 2.0);
-  // 100 changes, at rows 100 to 199: windows with at least 16 of them after their first row end at rows 115 to 199.
+  // 100 changes, in rows 100 to 199. Windows with at least 16 of them after their first row end at rows 115 to 199.
   EXPECT_EQ(content_of(log, {"a"}).windows.size(), 85u);
 }
 

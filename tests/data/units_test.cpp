@@ -27,7 +27,7 @@ double converted(double value, const char* from, const char* to) {
   return conversion(value);
 }
 
-TEST(Units, EveryRowIsFoundByItsNameAndNamesAreThereOnce) {
+TEST(Units, EveryRowIsFoundByItsNameAndNamesAreUnique) {
   std::set<std::string_view> names;
   for (const Unit& unit : unit_table()) {
     EXPECT_TRUE(names.insert(unit.name).second) << unit.name;
@@ -37,7 +37,7 @@ TEST(Units, EveryRowIsFoundByItsNameAndNamesAreThereOnce) {
   }
   EXPECT_EQ(find_unit("furlong"), nullptr);
   EXPECT_EQ(find_unit(""), nullptr);
-  EXPECT_EQ(find_unit("C"), nullptr);  // coulomb, or Celsius
+  EXPECT_EQ(find_unit("C"), nullptr);  // ambiguous: coulomb or Celsius
 }
 
 TEST(Units, EveryKindHasABaseUnit) {
@@ -49,7 +49,7 @@ TEST(Units, EveryKindHasABaseUnit) {
   }
 }
 
-TEST(Units, EveryPairOfAKindConvertsThereAndBackAndByAThird) {
+TEST(Units, ConversionsWithinAKindAreInvertibleAndConsistent) {
   constexpr double kValue = 37.25;
   int pairs = 0;
   for (const Unit& a : unit_table())
@@ -59,7 +59,7 @@ TEST(Units, EveryPairOfAKindConvertsThereAndBackAndByAThird) {
       const double there = conversion(a, b)(kValue), back = conversion(b, a)(there);
       EXPECT_NEAR(back, kValue, kUnitRounding * std::abs(kValue) + kUnitRounding * std::abs(conversion(b, a).offset))
           << a.name << " " << b.name;
-      // The table's meaning, spelt out: both are the same amount of the base unit.
+      // The meaning of the table: both are the same amount of the base unit.
       const double amount = a.scale * kValue + a.offset;
       EXPECT_NEAR(b.scale * there + b.offset, amount, kUnitRounding * (std::abs(amount) + b.offset))
           << a.name << " " << b.name;
@@ -87,7 +87,7 @@ TEST(Units, RowsOfDifferentKindsNeverConvert) {
     }
 }
 
-TEST(Units, ConvertAsTheyAreDefined) {
+TEST(Units, ConvertByTheirDefinitions) {
   EXPECT_NEAR(converted(180.0, "deg", "rad"), std::numbers::pi, 1e-15);
   EXPECT_NEAR(converted(60.0, "rpm", "rad/s"), 2.0 * std::numbers::pi, 1e-14);
   EXPECT_NEAR(converted(36.0, "km/h", "m/s"), 10.0, 1e-14);
@@ -103,20 +103,20 @@ TEST(Units, ConvertAsTheyAreDefined) {
   EXPECT_NEAR(converted(40.0, "%", "1"), 0.4, 1e-16);
 }
 
-TEST(Units, SpellingsOfOneUnitAreTheSameExactly) {
+TEST(Units, SpellingsOfOneUnitAreEqual) {
   Conversion conversion{2.0, 3.0};
   EXPECT_EQ(compare_units("m/s2", "m/s^2", conversion), UnitsAre::kTheSame);
   EXPECT_EQ(conversion.scale, 1.0);
   EXPECT_EQ(compare_units("\u00b0C", "degC", conversion), UnitsAre::kTheSame);
   EXPECT_EQ(compare_units("furlong", "furlong", conversion), UnitsAre::kTheSame);
-  EXPECT_EQ(compare_units("", "m", conversion), UnitsAre::kTheSame);  // nothing is known of one of them
+  EXPECT_EQ(compare_units("", "m", conversion), UnitsAre::kTheSame);  // one of the units is unknown
   EXPECT_EQ(compare_units("furlong", "m", conversion), UnitsAre::kUnknown);
   EXPECT_EQ(compare_units("V", "m", conversion), UnitsAre::kOfDifferentKinds);
   EXPECT_EQ(with_kind("deg"), "\"deg\" (angle)");
   EXPECT_EQ(with_kind("furlong"), "\"furlong\"");
 }
 
-TEST(Units, TheRateOfAKindIsOneOfTheTablePerSecond) {
+TEST(Units, RatesOfUnitsHaveTheUnitPerSecond) {
   for (const Unit& unit : unit_table()) {
     const std::string_view kind = kind_of_rate(unit.kind);
     if (kind.empty()) continue;
@@ -129,7 +129,7 @@ TEST(Units, TheRateOfAKindIsOneOfTheTablePerSecond) {
   EXPECT_EQ(kind_of_rate("voltage"), "");
 }
 
-constexpr double kRounding = 1e-12;  // some units in the last place of angles up to a hundred turns
+constexpr double kRounding = 1e-12;  // a few units in the last place of angles up to a hundred turns
 
 TEST(WrapDifference, LiesInTheHalfOpenTurn) {
   for (const double wrap : {kTurn, 360.0, 1.0})
@@ -151,13 +151,13 @@ TEST(Unwrap, RecoversARotationInAnyUnit) {
   }
 }
 
-// A pendulum that hangs on the wrap reads +pi and -pi in turn, within the noise.
-TEST(Unwrap, LeavesNoJumpsWhereAnAngleRestsOnTheWrap) {
+// A pendulum that hangs at the wrap gives +pi and -pi in turn, because of noise.
+TEST(Unwrap, LeavesNoJumpsIfAnAngleRestsAtTheWrap) {
   VectorXd flicker(10001);
   for (Eigen::Index k = 0; k < flicker.size(); ++k) flicker[k] = (k % 2 == 0 ? 1.0 : -1.0) * (std::numbers::pi - 1e-3);
   const VectorXd smooth = unwrap(flicker, kTurn);
   EXPECT_LT((smooth.array() - std::numbers::pi).abs().maxCoeff(), 1e-3 + kRounding);
-  EXPECT_EQ(smooth[10000], flicker[10000]);  // 5,000 turns there and back leave nothing behind
+  EXPECT_EQ(smooth[10000], flicker[10000]);  // 5,000 jumps in each direction cancel exactly
 }
 
 TEST(Unwrap, KeepsTheFirstSampleAndChannelsWithoutJumps) {
@@ -166,7 +166,7 @@ TEST(Unwrap, KeepsTheFirstSampleAndChannelsWithoutJumps) {
   EXPECT_EQ(unwrap(VectorXd(), kTurn).size(), 0);
 }
 
-TEST(SineAndCosine, GiveTheAngleBackInItsUnit) {
+TEST(SineAndCosine, ReturnTheAngleInItsUnit) {
   const VectorXd degrees = VectorXd::LinSpaced(36, -170.0, 180.0);
   const VectorXd back = angle_of(3.0 * sine_of(degrees, 360.0), 3.0 * cosine_of(degrees, 360.0), 360.0);
   EXPECT_LT((back - degrees).cwiseAbs().maxCoeff(), 1e-11);

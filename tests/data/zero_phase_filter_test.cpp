@@ -19,7 +19,8 @@ using ::testing::HasSubstr;
 
 constexpr double kRate_hz = 250.0;
 constexpr double kFilterRounding = 1e-9;  // rounding of a recursion over some hundred samples of size one
-constexpr Index kSettled = 200;           // samples after which an end's transient is below rounding at 25 Hz of 250 Hz
+constexpr Index kSettled =
+    200;  // samples after which the transient of an end is below rounding, for a cut-off of 25 Hz at 250 Hz
 
 double gain_at(const std::vector<FilterSection>& sections, double frequency_hz) {
   const std::complex<double> delay = std::polar(1.0, -kTurn * frequency_hz / kRate_hz);
@@ -39,7 +40,7 @@ VectorXd middle(const VectorXd& x) {
   return x.segment(kSettled, x.size() - 2 * kSettled);
 }
 
-TEST(Butterworth, FollowsItsClosedFormAtEveryOrder) {
+TEST(Butterworth, HasTheGainOfItsClosedFormAtEveryOrder) {
   for (int order = 1; order <= 8; ++order)
     for (const double cutoff_hz : {2.0, 25.0, 110.0}) {
       const auto sections = butterworth_lowpass(order, cutoff_hz, kRate_hz);
@@ -62,7 +63,7 @@ TEST(Butterworth, RefusesImpossibleSettings) {
                 HasSubstr("less than half the sample rate, 125 Hz"));
 }
 
-TEST(ZeroPhaseFilter, LeavesAConstantAlone) {
+TEST(ZeroPhaseFilter, KeepsAConstant) {
   for (int order = 1; order <= 8; ++order) {
     const VectorXd constant = VectorXd::Constant(100, 3.5);
     EXPECT_LT(
@@ -71,7 +72,7 @@ TEST(ZeroPhaseFilter, LeavesAConstantAlone) {
   }
 }
 
-// Two passes multiply by |H|^2, which departs from 1 as the power 2n of the frequency: all moments below vanish.
+// Two passes multiply by |H|^2, which differs from 1 by the power 2n of the frequency, so lower moments are kept.
 TEST(ZeroPhaseFilter, PreservesCubicsInTheMiddle) {
   const VectorXd t = VectorXd::LinSpaced(1000, -1.0, 1.0);
   const VectorXd cubic = 1.0 - 2.0 * t.array() + 0.5 * t.array().square() + t.array().cube();
@@ -79,9 +80,9 @@ TEST(ZeroPhaseFilter, PreservesCubicsInTheMiddle) {
   EXPECT_LT((middle(filtered) - middle(cubic)).cwiseAbs().maxCoeff(), kFilterRounding);
 }
 
-// The odd extension carries a slope on; what is left is the start of the extension itself. An even one, which folds the
-// ramp back, is off by a whole sample's step.
-TEST(ZeroPhaseFilter, CarriesARampOnBeyondTheEnds) {
+// The odd extension continues the slope; only the start of the extension remains as an error. An even extension folds
+// the ramp back, which is wrong by the step of a whole sample.
+TEST(ZeroPhaseFilter, KeepsARampUpToTheEnds) {
   const VectorXd ramp = VectorXd::LinSpaced(300, 0.0, 299.0);
   const VectorXd filtered = filter_zero_phase(butterworth_lowpass(4, 25.0, kRate_hz), ramp);
   EXPECT_LT((filtered - ramp).cwiseAbs().maxCoeff(), 0.05);
@@ -97,7 +98,7 @@ TEST(ZeroPhaseFilter, PassesASineWithTheSquaredGainAndNoDelay) {
   }
 }
 
-TEST(ZeroPhaseFilter, RunsTheSameFromEitherEnd) {
+TEST(ZeroPhaseFilter, GivesTheSameResultForReversedTime) {
   VectorXd x = sine(3.0, 1200) + sine(11.0, 1200).cwiseAbs2();
   const auto sections = butterworth_lowpass(5, 25.0, kRate_hz);
   const VectorXd forwards = filter_zero_phase(sections, x);
@@ -143,10 +144,10 @@ TEST(ZeroPhaseVelocity, DifferentiatesOnAClockThatJitters) {
   const auto worst = [&](const VectorXd& v) {
     return (v - truth).segment(100, log.samples - 200).cwiseAbs().maxCoeff();
   };
-  // Straight lines between samples cost h^2/8 of the second derivatives: 16 h^2/8 = 5e-5 in velocity, and 8 h^2/8 in
-  // position over a step of jitter; the central difference costs 16 h^2/6 = 7e-5.
+  // Linear interpolation costs h^2/8 of the second derivatives: 16 h^2/8 = 5e-5 in velocity, and 8 h^2/8 in position
+  // over a step of jitter; the central difference costs 16 h^2/6 = 7e-5.
   EXPECT_LT(worst(velocity), 1e-3);
-  // Control: to take the same samples for evenly spaced is at least ten times worse.
+  // Control: treating the same samples as evenly spaced is at least ten times worse.
   const VectorXd even = VectorXd::LinSpaced(log.samples, 0.0, time[log.samples - 1]);
   EXPECT_GT(worst(central_difference(position, even[1])), 1e-2);
 }

@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# C99 exports on an ATmega328P (Arduino Uno: 32 KB of flash, 2 KB of RAM), emulated by simavr: constants stay in flash, the
-# golden replay and the bits that this machine computes; and the table of
-# bench/embedded/avr/README.md with cycles and bytes, within 5 %.
+# C99 exports on an ATmega328P (Arduino Uno: 32 KB of flash, 2 KB of RAM), emulated by simavr: constants stay in flash,
+# the golden replay agrees, and the bits are those of this machine. Checks the table of bench/embedded/avr/README.md,
+# cycles and bytes, to 5 %.
 #   usage: avr.sh EXPORT_MODEL SOURCE_DIR WORK_DIR [--write bench/embedded/avr/README.md]
 set -euo pipefail
 export_model=$1 source=$2 work=$3 target=${5:-}
@@ -18,14 +18,14 @@ flags=(-std=gnu99 -Os -DF_CPU=16000000UL -Wall -Wextra -Werror -ffunction-sectio
   -Wl,--gc-sections "-I$source" "-I$work")
 # build FILE... -o IMAGE
 build() { avr-gcc -mmcu=$mcu "${flags[@]}" "$@" -lm; }
-# run IMAGE: what it prints. simavr puts colours and a point for each line's end around that.
+# run IMAGE: prints its output, without the colours and the final point that simavr adds to each line.
 run() { timeout 250 simavr -m $mcu -f 16000000 "$1" 2>&1 </dev/null | tr -d '\r' | sed -E 's/\x1b\[[0-9;]*m//g; s/\.+$//'; }
 
-# As strict as elsewhere, but for the conversions in <avr/pgmspace.h>.
+# As strict as elsewhere, except for the conversions in <avr/pgmspace.h>.
 strict=(-Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes)
 lines=('| network | step | estimate | ms | flash [B] | RAM [B] | stack [B] |'
   '|---|---|---|---|---|---|---|')
-# Golden replays of some need the flash of an Arduino Mega.
+# Some golden replays need the flash of an Arduino Mega.
 for entry in "shipped_int16|$shipped|int16|atmega328p|600|the example's, int16" "shipped|$shipped|float|atmega328p|200|the example's, float" \
   'paper_int16|van_der_pol|int16|atmega2560|50|3-50x4-2 tanh, int16' 'rig_int16|rig|int16|atmega2560|600|' \
   'gated_int16|gated|int16|atmega2560|600|'; do
@@ -64,22 +64,22 @@ for entry in "shipped_int16|$shipped|int16|atmega328p|600|the example's, int16" 
 done
 
 mcu=atmega328p
-# A sketch is C++: there, too, the replay stays in flash.
+# A sketch is C++; there, too, the replay must stay in flash.
 printf '#include "shipped_int16_replay.h"\nint main() { shipped_int16_observer o; shipped_int16_init(&o); return shipped_int16_first_mismatch(&o); }\n' \
   >"$work/sketch.cpp"
 avr-g++ -mmcu=$mcu "${flags[@]/gnu99/gnu++11}" "$work/sketch.cpp" "$work/shipped_int16.o" -lm -o "$work/sketch.elf"
 ((($(avr-size "$work/sketch.elf" | awk 'NR == 2 { print $2 + $3 }') <= 64))) || fail 'the replay in C++ takes RAM'
 
-# Controls: a constant without its place is found in RAM, and one other weight gives other bits.
+# Controls: a constant without IN_FLASH is found in RAM, and another weight gives other bits.
 sed 's/static const IN_FLASH int16_t kTanhTable/static const int16_t kTanhTable/; s/const IN_FLASH int16_t\* at/const int16_t* at/' \
   "$work/shipped_int16.c" >"$work/in_ram.c"
 build -c "$work/in_ram.c" -o "$work/in_ram.o"
 avr-size -A "$work/in_ram.o" | grep -qE '^\.(data|rodata).* 1026 ' || fail 'the control: a table of 1,026 bytes in RAM is not seen'
-sed -E '0,/kBias1.*\{/ { /kBias1/ { n; s/-?[0-9]+/12345/ } }' "$work/shipped_int16.c" >"$work/spoilt.c"
-build -DNLO_ON_BOARD "$work/main_shipped_int16.c" "$work/spoilt.c" "$source/toolchains/avr/board.c" -o "$work/spoilt.elf"
-! run "$work/spoilt.elf" | grep -qxF "$(cat "$work/want_shipped_int16.txt")" || fail 'the control: another bias is not seen'
+sed -E '0,/kBias1.*\{/ { /kBias1/ { n; s/-?[0-9]+/12345/ } }' "$work/shipped_int16.c" >"$work/altered.c"
+build -DNLO_ON_BOARD "$work/main_shipped_int16.c" "$work/altered.c" "$source/toolchains/avr/board.c" -o "$work/altered.elf"
+! run "$work/altered.elf" | grep -qxF "$(cat "$work/want_shipped_int16.txt")" || fail 'the control: another bias was not detected'
 
-# A double of 32 bits and a dialect without address spaces are refused, with what to do.
+# A double of 32 bits and a dialect without address spaces are refused with an error that says what to do.
 "$export_model" tiny c99 double tiny "$work/tiny.h"
 ! build -c "$work/tiny.c" -o "$work/tiny.o" 2>"$work/double.txt" || fail 'double compiles'
 grep -q 'export with --scalar float or int16' "$work/double.txt" || fail 'double: no word of --scalar'

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Configures and builds the cross build of a core. BUILD_DIR/models holds the model files whose calls are bounded.
+# Configures and builds the cross build of a core. BUILD_DIR/models holds the model files for which calls are bounded.
 #   usage: build_core.sh CMAKE SOURCE_DIR TOOLCHAIN BUILD_DIR NLO EXPORT_MODEL MODEL...
 set -eu
 cmake=$1 source=$2 toolchain=$3 build=$4 nlo=$5 export_model=$6

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# A model of logs, trained, exported and flown over a whole log it has not seen, on an emulated Cortex-M4F: at each sample
-# the trainer's estimate, within the parity that docs/appendix/embedded_counts.md states.
+# A model of logs, trained, exported and flown over a whole unseen log on an emulated Cortex-M4F: each estimate must be
+# that of the trainer, within the tolerance that docs/appendix/embedded_counts.md states.
 #   usage: flight.sh CMAKE SOURCE_DIR WORK_DIR NLO
 set -eu
 cmake=$1 source=$2 work=$3 nlo=$4
@@ -16,18 +16,18 @@ logs=$source/tests/data/pendulum
 cp run/model.json pendulum.json
 "$nlo" evaluate pendulum.json --data "$logs/test.csv" --estimates log.csv >evaluate.log 2>&1 || { cat evaluate.log; exit 1; }
 
-# The controls: one neuron whose weights are a twentieth off, one measurement that is .01 rad off.
+# Controls: one neuron whose weights are changed by a twentieth; one measurement that is changed by .01 rad.
 python3 - <<END
 import json
 model = json.load(open("pendulum.json"))
 weights = model["inverse_map"]["layers"][0]["weights"]
 weights[0] = [1.05 * weight for weight in weights[0]]
-json.dump(model, open("spoilt_weight.json", "w"))
+json.dump(model, open("altered_weight.json", "w"))
 END
-build_observers "$cmake" "$nlo" "$work/pendulum.json" "$work/spoilt_weight.json"
+build_observers "$cmake" "$nlo" "$work/pendulum.json" "$work/altered_weight.json"
 
 failed=0
-for csv in log*.csv; do # one for each piece between gaps
+for csv in log*.csv; do # one for each part between gaps
   read -r samples ok domain instructions _ _ _ apart <<END
 $(fly pendulum "$csv")
 END
@@ -36,20 +36,20 @@ END
   [ "$samples" -eq $(($(wc -l <"$csv") - 1)) ] || { echo "FAILED  not the whole log"; failed=1; }
   agrees "$samples" "$domain" "$apart" || { echo "FAILED  the estimates are not the trainer's"; failed=1; }
 
-  awk -F, -v OFS=, -v at=$((samples / 2)) 'NR == at { $3 += 0.01 } { print }' "$csv" >spoilt_sample.csv.txt
-  for control in "pendulum spoilt_sample.csv.txt" "spoilt_weight $csv"; do
+  awk -F, -v OFS=, -v at=$((samples / 2)) 'NR == at { $3 += 0.01 } { print }' "$csv" >altered_sample.csv.txt
+  for control in "pendulum altered_sample.csv.txt" "altered_weight $csv"; do
     read -r flown _ domain _ _ _ _ apart <<END
 $(fly "${control% *}" "${control#* }")
 END
-    # A control that did not fly has seen nothing.
+    # A control that did not fly proves nothing.
     if [ "${flown:-0}" -ne "$samples" ] || agrees "$flown" "$domain" "$apart"; then
-      echo "FAILED  the control: ${control% *} over ${control#* } went unseen, ${apart:-nothing} e-9"
+      echo "FAILED  the control: ${control% *} over ${control#* } was not detected, ${apart:-nothing} e-9"
       failed=1
     fi
   done
 done
 if fly pendulum "$logs/test.csv" >/dev/null 2>&1; then
-  echo "FAILED  the control: another file was taken for a flight"
+  echo "FAILED  the control: another file was accepted as a flight"
   failed=1
 fi
 exit "$failed"

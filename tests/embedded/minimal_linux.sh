@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Builds what the toolchain file of a board with Linux builds, and runs its smallest program beside the same one on this
-# machine: estimates agree within what the fast policy promises.
+# Builds with the toolchain file of a board with Linux and runs its smallest program, and the same program on this
+# machine: the estimates agree within the bound of the fast policy.
 #   usage: minimal_linux.sh CMAKE SOURCE_DIR PROCESSOR BUILD_DIR NLO
 set -euo pipefail
 cmake=$1 source=$2 processor=$3 build=$4 nlo=$5
@@ -14,7 +14,7 @@ c++ -std=c++20 -O2 -I"$source/runtime/include" -I"$build/examples/minimal/nlo_mo
 measurements=$(seq 1 40 | awk '{ print 2.5 * sin($1 / 5) }')
 here=$("$build/minimal_here" <<<"$measurements")
 there=$("qemu-$processor" -L "/usr/$processor-linux-gnu" "$build/examples/minimal/minimal" <<<"$measurements")
-# The fast policy's bound of 3e-6 for an estimate, twice: both sides are fast.
+# Twice the bound of the fast policy for an estimate, 3e-6, because both programs use that policy.
 paste <(echo "$here") <(echo "$there") | awk '
   function apart(a, b) { return a > b ? a - b : b - a }
   { for (i = 1; i <= 2; ++i) if (apart($i, $(i + 2)) > 6e-6) { print "FAILED  line " NR ": " $0; failed = 1 } }

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The deterministic policy by a compiler: the golden bits, whatever it is allowed to fuse, vectorise or leave unoptimised,
-# for whatever CPU; the kernels of RISC-V's vectors or the plain versions of Cortex-M's, int16, and floats.
+# Checks that a compiler gives the golden bits for the deterministic policy with any options for fusing, vectorising and
+# optimising and for any CPU: kernels of RISC-V vectors or plain versions of Cortex-M kernels, int16, and floats.
 #   usage: parity.sh COMPILER SOURCE_DIR WORK_DIR [RUNNER]
 #   RUNNER runs the programs of a cross compiler, as qemu-aarch64 does.
 set -euo pipefail
@@ -12,7 +12,7 @@ strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wsh
 if [[ -n $runner ]]; then strict+=(-static); fi # needs no library of the target then
 failed=0
 
-# run PROGRAM FLAG...: prints what it prints.
+# run PROGRAM FLAG...: compiles a program, runs it and prints its output.
 run() {
   local program=$1
   shift
@@ -36,7 +36,7 @@ case $("$compiler" -dumpmachine) in
     variants+=('-O3 -march=native')
     ;;
   riscv64*)
-    export QEMU_CPU=rv64,v=true,vext_spec=v1.0,vlen=128 # which g++ 12 uses by assembly alone, and not without -march
+    export QEMU_CPU=rv64,v=true,vext_spec=v1.0,vlen=128 # g++ 12 uses vectors only in assembly, and only with -march
     variants+=('-O0 -march=rv64gcv' '-O2 -march=rv64gcv')
     fused=(-march=rv64gcv -ffp-contract=fast)
     ;;
@@ -47,20 +47,20 @@ for flags in "${variants[@]}"; do
   # shellcheck disable=SC2086
   expect parity parity.txt $flags
 done
-if [[ -z $runner ]]; then expect kernels kernels_cortex_m.txt -O2; fi # plain C++ and long to compile
+if [[ -z $runner ]]; then expect kernels kernels_cortex_m.txt -O2; fi # plain C++, which takes long to compile
 expect int16 int16.txt -O2
 expect floats floats.txt -O2
 if [[ -n ${QEMU_CPU:-} ]]; then
-  for vlen in 128 256; do # the bits are not those of one length
+  for vlen in 128 256; do # the bits must not depend on the vector length
     export QEMU_CPU=${QEMU_CPU%=*}=$vlen
     expect kernels kernels_cortex_m.txt -O2 -march=rv64gcv
     expect int16 int16.txt -O2 -march=rv64gcv
   done
 fi
 
-# The control: the same program with fused arithmetic in the place of the deterministic one.
+# Control: the same program with fused instead of deterministic arithmetic must differ.
 if ((${#fused[@]})) && run parity -O2 "${fused[@]}" -DNLO_PARITY_POLICY=kFast | diff -q "$source/tests/golden/parity.txt" - >"$work/control"; then
-  echo 'FAILED  the control: fused arithmetic went unseen'
+  echo 'FAILED  the control: fused arithmetic was not detected'
   failed=1
 fi
 exit "$failed"

@@ -1,13 +1,13 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs an image on an emulated board, where an instruction takes 1 ns: every run is the same. With a golden file, its
-# lines that match PATTERN must be what the program prints.
+# Runs an image on an emulated board where each instruction takes 1 ns, so that all runs are equal. With a golden file,
+# its lines that match PATTERN must equal the output of the program.
 #   usage: run_on_board.sh BOARD IMAGE [GOLDEN PATTERN]
-#   NLO_UPDATE_GOLDENS=1 makes the golden what was printed.
+#   NLO_UPDATE_GOLDENS=1 replaces the golden file by the output.
 set -euo pipefail
 board=$1 image=$2 golden=${3:-} pattern=${4:-.}
 
-# Emulating a clock costs time that a run without a timer can save.
+# Emulating a clock costs time, which a run without a timer saves.
 clock=(-icount 'shift=0,sleep=off')
 if [[ -n $golden ]]; then clock=(); fi
 printed=$(mktemp)
@@ -18,6 +18,6 @@ cat "$printed"
 echo "exit status $status"
 if [[ -n $golden ]]; then
   if [[ -n ${NLO_UPDATE_GOLDENS:-} && $pattern == . ]]; then cp "$printed" "$golden"; fi
-  diff <(grep "$pattern" "$golden") "$printed" || { echo "not what $golden says"; exit 1; }
+  diff <(grep "$pattern" "$golden") "$printed" || { echo "the output differs from $golden"; exit 1; }
 fi
 exit "$status"

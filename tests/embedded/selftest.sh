@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The program of `nlo export --target selftest`, on this machine and on emulated ones: strict C, no sample wrong, the same
-# bits everywhere, and what counts its cycles named. The controls: a weight that is half a percent off is told, and so are
-# fused sums, by their bits.
+# The program of `nlo export --target selftest` on this machine and on emulated boards: it compiles as strict C, no
+# sample is wrong, the bits are equal everywhere, and it names its cycle counter. Controls: it reports a weight that is
+# changed by half a percent, and fused sums, by their bits.
 #   usage: selftest.sh EXPORT_MODEL SOURCE_DIR WORK_DIR
 set -euo pipefail
 export_model=$1 source=$2 work=$3
@@ -12,7 +12,7 @@ failed=0
 fail() { echo "FAILED  $*" && failed=1; }
 strict=(-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror)
 
-# on_board NAME: a main that writes through the emulator.
+# on_board NAME: writes a main() that prints through the emulator.
 on_board() {
   printf '#include "toolchains/semihosting.h"\n#include "%s_selftest.h"\n' "$1"
   printf 'static void put(char c) {\n  const char text[2] = {c, 0};\n  board_write(text);\n}\n'
@@ -73,16 +73,16 @@ if command -v avr-gcc >/dev/null && command -v simavr >/dev/null; then
 fi
 
 # Controls.
-mkdir spoilt
-"$export_model" rig c99 float rig spoilt/rig.h 1.005
-cp rig/{rig_replay.h,rig_selftest.*,nlo_cycles.h,main.c} spoilt
-cc -std=c99 -O1 spoilt/*.c -o control
+mkdir altered
+"$export_model" rig c99 float rig altered/rig.h 1.005
+cp rig/{rig_replay.h,rig_selftest.*,nlo_cycles.h,main.c} altered
+cc -std=c99 -O1 altered/*.c -o control
 ! ./control >control.txt || fail 'the control: a wrong weight ends well'
 grep -qE '^sample [0-9]+ x_hat[0-9] is 0x[0-9a-f]{8}, not 0x[0-9a-f]{8}$' control.txt || { cat control.txt && fail 'the control: the wrong estimate is not told'; }
 if [[ $(uname -m) == x86_64 ]] && grep -qw fma /proc/cpuinfo; then
-  sed '/^#pragma/d' rig/rig.c >spoilt/rig.c
-  cp rig/rig.h spoilt
-  cc -std=gnu99 -O2 -mfma -ffp-contract=fast spoilt/*.c -o fused
+  sed '/^#pragma/d' rig/rig.c >altered/rig.c
+  cp rig/rig.h altered
+  cc -std=gnu99 -O2 -mfma -ffp-contract=fast altered/*.c -o fused
   ./fused >fused.txt || fail 'fused sums are beyond the tolerance'
   ! grep -q "$(cat rig.bits)" fused.txt || fail 'the control: fused sums have the same bits'
 fi

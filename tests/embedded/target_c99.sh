@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# C99 exports built with a toolchain file: strict C without a warning, no symbol that the target does not bring, the golden
-# replay, and the bits that this machine computes.
+# C99 exports built with a toolchain file: strict C without warnings, no symbol that the target lacks, the golden
+# replay, and the bits of this machine.
 #   usage: target_c99.sh CMAKE EXPORT_MODEL SOURCE_DIR TOOLCHAIN WORK_DIR
 set -euo pipefail
 cmake=$1 export_model=$2 source=$3 toolchain=$4 work=$5
@@ -18,7 +18,7 @@ case $toolchain in
 esac
 
 entries=(van_der_pol:float rig:float tiny_relu:float tiny_silu:float rig_int16:int16 gated:float gated_int16:int16)
-if [[ $toolchain != cortex-m0plus ]]; then entries+=(driven:float general:float watched_rig:float); fi # its flash is full
+if [[ $toolchain != cortex-m0plus ]]; then entries+=(driven:float general:float watched_rig:float); fi # its flash is too small for these
 for entry in "${entries[@]}"; do
   IFS=: read -r name scalar <<<"$entry"
   "$export_model" "${name%_int16}" c99 "$scalar" $name "$work/exports/$name.h"
@@ -39,21 +39,21 @@ cc -std=c99 -O1 -I"$source" "$work"/exports/*.c -o "$work/here"
 
 failed=0
 nm=$(sed -n 's/^CMAKE_NM:FILEPATH=//p' "$work/build/CMakeCache.txt")
-# outside OBJECT: what it needs that the target's compiler does not bring.
+# outside OBJECT: prints the symbols that the target's compiler does not provide.
 outside() { "$nm" -u "$1" | awk '{ print $NF }' | grep -vxE "${floats:-none}"; }
 objects=$(find "$work/build" -path '*observers_*' -name '*.o*')
-[[ $(wc -w <<<"$objects") -eq $((4 * ${#entries[@]})) ]] || { echo 'FAILED  not all objects are there' && failed=1; }
+[[ $(wc -w <<<"$objects") -eq $((4 * ${#entries[@]})) ]] || { echo 'FAILED  objects are missing' && failed=1; }
 for object in $objects; do
-  if outside "$object"; then echo "FAILED  ${object#"$work"/build/} needs the above" && failed=1; fi
+  if outside "$object"; then echo "FAILED  ${object#"$work"/build/} needs the symbols above" && failed=1; fi
 done
-outside "$(find "$work/build" -name 'main.c.o*')" >"$work/control.txt" || { echo 'FAILED  the audit sees no call' && failed=1; }
+outside "$(find "$work/build" -name 'main.c.o*')" >"$work/control.txt" || { echo 'FAILED  the audit finds no call' && failed=1; }
 
 case $toolchain in
   cortex-*) "$source/tests/embedded/run_on_board.sh" "$board" "$work/build/drive.elf" "$work/want.txt" || failed=1 ;;
   riscv32)
     timeout 250 qemu-system-riscv32 -M virt -bios none -nographic -monitor none -serial null \
       -semihosting-config enable=on,target=native -kernel "$work/build/drive" </dev/null 2>&1 |
-      diff "$work/want.txt" - || failed=1 # what semihosting writes comes out as stderr
+      diff "$work/want.txt" - || failed=1 # semihosting writes to stderr
     ;;
   *) "qemu-$toolchain" "$work/build/drive" | diff "$work/want.txt" - || failed=1 ;;
 esac

@@ -15,7 +15,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Errors 0.1, 0.2, ..., 1.0 of a state, and of an angle a turn less.
+/// Errors 0.1, 0.2, ..., 1.0 of a state, and of an angle with a turn subtracted.
 Trajectory stairs() {
   Trajectory run;
   run.time_s = VectorXd::LinSpaced(10, 0.0, 9.0);
@@ -50,26 +50,26 @@ TEST(Coverage, LeavesOutMaskedAndEarlySamples) {
   run.first_estimate = 1;
   CoverageSum sum(kStates);
   sum.add(run, of_width(0.45, 0.85));
-  EXPECT_DOUBLE_EQ(sum.coverage()->share_68(0), 0.75);  // 0.2, 0.3, 0.4 of these and 0.5
+  EXPECT_DOUBLE_EQ(sum.coverage()->share_68(0), 0.75);  // 0.2, 0.3, 0.4 and 0.5
   run.weight.setZero();
   CoverageSum none(kStates);
   none.add(run, of_width(0.45, 0.85));
   EXPECT_FALSE(none.coverage());
 }
 
-TEST(Coverage, CountsSamplesWithoutAnIntervalApart) {
+TEST(Coverage, CountsSamplesWithoutAnIntervalSeparately) {
   Estimates estimates = of_width(0.45, 0.85);
   estimates.sigma.rightCols(5).setConstant(static_cast<double>(kUnknownSigma));
   estimates.bound_95.rightCols(5).setConstant(static_cast<double>(kUnknownSigma));
   CoverageSum sum(kStates);
   sum.add(stairs(), estimates);
   EXPECT_DOUBLE_EQ(sum.coverage()->unknown(0), 0.5);
-  EXPECT_DOUBLE_EQ(sum.coverage()->share_68(0), 0.8);  // 0.1, ..., 0.4 of these and 0.5
+  EXPECT_DOUBLE_EQ(sum.coverage()->share_68(0), 0.8);  // 0.1, ..., 0.4 and 0.5
   EXPECT_DOUBLE_EQ(sum.coverage()->share_95(0), 1.0);
   EXPECT_DOUBLE_EQ(sum.coverage()->sigma(0), 0.45);
 }
 
-TEST(Coverage, OfPartsAddsUpToTheWhole) {
+TEST(Coverage, PartsAddUpToTheWhole) {
   CoverageSum whole(kStates), part(kStates), rest(kStates);
   whole.add(stairs(), of_width(0.45, 0.85));
   whole.add(stairs(), of_width(0.15, 0.25));
@@ -84,8 +84,8 @@ TEST(Coverage, OfPartsAddsUpToTheWhole) {
   EXPECT_FALSE(mean_coverage({part.coverage(), std::nullopt}));
 }
 
-/// A random walk x+ = x + w with y = x + v: a Kalman filter is exact, and knows how wrong it is.
-TEST(Coverage, OfAKalmanFilterOnItsOwnPlantEqualsItsPrediction) {
+/// A random walk x+ = x + w with y = x + v: a Kalman filter is optimal and predicts its own error.
+TEST(Coverage, EqualsTheNominalShareForAKalmanFilterOnItsPlant) {
   constexpr double kStep = 0.1, kNoise = 0.5;
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
@@ -119,10 +119,10 @@ TEST(Coverage, OfAKalmanFilterOnItsOwnPlantEqualsItsPrediction) {
   const NoiseConfig noise{NoiseKind::kGaussian, kNoise};
   const auto found = evaluate("", kalman(kNoise), runs, noise, 3, 1).coverage;
   ASSERT_TRUE(found);
-  // Errors are forgotten in some 5 samples: 20,000 / 10 draws, four binomial deviations.
+  // Errors decorrelate within about 5 samples, so 20,000 samples count as 2,000 draws; four binomial deviations.
   EXPECT_NEAR(found->share_68(0), 0.68, 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
   EXPECT_NEAR(found->share_95(0), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 2000.0));
-  // The control: a filter that takes the noise for three times what it is.
+  // Control: a filter that assumes three times the noise.
   const auto cautious = evaluate("", kalman(3.0 * kNoise), runs, noise, 3, 1).coverage;
   EXPECT_GT(cautious->share_68(0), 0.68 + 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
 }

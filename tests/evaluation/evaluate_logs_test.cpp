@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 constexpr double kStep = 0.01, kRate = 2.0;  // q = sin(2 t)
 
-/// Two logs of a swing: angle q measured, its velocity dq and an unrelated state `hidden` asked for.
+/// Two logs of a swing: the angle q is measured; its velocity dq and an unrelated state `hidden` are estimated.
 Dataset swing_logs() {
   Dataset logs{{{"q", "rad", 0.0}}, {{"dq", "rad/s", 0.0}, {"hidden", "m", 0.0}}, kStep, true, {}};
   for (const double phase : {0.0, 1.0}) {
@@ -40,7 +40,7 @@ LogSchema swing_schema() {
   return schema;
 }
 
-/// z follows q at 50 1/s; dq is estimated by 50 (q - z), a filtered derivative; `hidden` by `guess`.
+/// z follows q at 50 1/s; dq is estimated by 50 (q - z), a filtered derivative, and `hidden` by the constant `guess`.
 codegen::Model differentiator(double guess) {
   constexpr double kPole = 50.0;
   codegen::Model model;
@@ -73,25 +73,25 @@ LogEvaluation evaluated(const NoiseConfig& noise = {}, double guess = 1.0, const
   return evaluate_on_logs(differentiator(guess), logs, swing_schema(), nullptr, noise, 1, after_2_s());
 }
 
-TEST(EvaluateLogs, FilteredDerivativeMeetsItsFrequencyResponse) {
-  // Amplitude error |1 - p / (p + i w)| = w / sqrt(p^2 + w^2) of a velocity of RMS w / sqrt(2).
+TEST(EvaluateLogs, FilteredDerivativeHasTheErrorOfItsFrequencyResponse) {
+  // Amplitude error |1 - p / (p + i w)| = w / sqrt(p^2 + w^2) for a velocity with RMS w / sqrt(2).
   const double expected = kRate / std::hypot(50.0, kRate) * kRate / std::sqrt(2.0);
-  constexpr double kPartialPeriod = 0.05;  // 10 s hold 3.2 periods, not a whole number
+  constexpr double kPartialPeriod = 0.05;  // 10 s contain 3.2 periods, not a whole number
   const LogEvaluation result = evaluated();
   EXPECT_NEAR(result.entries[0].metrics.pooled[0].rmse[1], expected, kPartialPeriod * expected);
 }
 
-TEST(EvaluateLogs, BaselinesStandBesideAndDifferencesNeedAMeasurement) {
+TEST(EvaluateLogs, ShowsBaselinesAndDifferencesOnlyOfMeasuredStates) {
   const LogEvaluation result = evaluated();
   ASSERT_GE(result.entries.size(), 3U);
   EXPECT_EQ(result.entries[0].estimator, "observer");
   EXPECT_EQ(result.entries[1].estimator, "constant");
   EXPECT_TRUE(std::isfinite(result.entries[1].metrics.pooled[1].rmse[0]));
   EXPECT_TRUE(std::isfinite(result.entries[2].metrics.pooled[0].rmse[0]));
-  EXPECT_FALSE(std::isfinite(result.entries[2].metrics.pooled[1].rmse[0]));  // nothing to difference
+  EXPECT_FALSE(std::isfinite(result.entries[2].metrics.pooled[1].rmse[0]));  // no measurement to difference
 }
 
-TEST(SensorFault, IsMissingStuckOrDeadFromItsSecondOn) {
+TEST(SensorFault, IsMissingStuckOrDeadFromTheGivenTimeOn) {
   const Dataset logs = swing_logs();
   const auto q = [&](const std::string& word) -> Eigen::VectorXd {
     return with_faults(logs, {parse_fault(word)}).trajectories.front().outputs.row(0);
@@ -109,28 +109,28 @@ TEST(SensorFault, IsMissingStuckOrDeadFromItsSecondOn) {
   EXPECT_THAT(thrown_message([&] { (void)q("r:dead"); }), HasSubstr("there is no such output; there are q"));
 }
 
-TEST(EvaluateLogs, NobodyIsToldOfASensorThatLies) {
+TEST(EvaluateLogs, AFaultySensorIsNotAnnounced) {
   const auto flown = [](std::vector<SensorFault> faults) {
     return evaluate_on_logs(differentiator(1.0), swing_logs(), swing_schema(), nullptr, {}, 1, after_2_s(), {},
                             {faults});
   };
-  const LogEvaluation lies = flown({parse_fault("q:stuck:5")}), told = flown({parse_fault("q:missing:5")});
-  EXPECT_GT(lies.entries.size(), told.entries.size()) << "alternatives read what the sensor says";
-  EXPECT_GT(lies.entries[0].metrics.pooled[0].rmse[0], 2.0 * evaluated().entries[0].metrics.pooled[0].rmse[0]);
-  EXPECT_THAT(evaluation_text("differentiator", lies), HasSubstr("without q:stuck from 5.00 s on, noise"));
+  const LogEvaluation stuck = flown({parse_fault("q:stuck:5")}), missing = flown({parse_fault("q:missing:5")});
+  EXPECT_GT(stuck.entries.size(), missing.entries.size()) << "alternatives also read the faulty sensor";
+  EXPECT_GT(stuck.entries[0].metrics.pooled[0].rmse[0], 2.0 * evaluated().entries[0].metrics.pooled[0].rmse[0]);
+  EXPECT_THAT(evaluation_text("differentiator", stuck), HasSubstr("without q:stuck from 5.00 s on, noise"));
 }
 
-TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
+TEST(EvaluateLogs, NotesAStateThatTheOutputsDoNotDetermine) {
   const LogEvaluation result = evaluated();
-  ASSERT_EQ(result.notes.size(), 2U);                                          // control: dq is seen
-  EXPECT_THAT(result.notes[0], HasSubstr("dq gains nothing from a network"));  // its map is linear in what it reads
+  ASSERT_EQ(result.notes.size(), 2U);                                          // control: dq is estimated
+  EXPECT_THAT(result.notes[0], HasSubstr("dq gains nothing from a network"));  // its map is linear in its features
   EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
   EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
 }
 
-TEST(EvaluateLogs, AnAngleOfTwoStatesIsComparedAsWell) {
+TEST(EvaluateLogs, ComparesAnAngleGivenByTwoStates) {
   LogSchema schema = swing_schema();
-  schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // dq and hidden; any two would do
+  schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // dq and hidden; any two states would do
   const LogEvaluation result = evaluate_on_logs(differentiator(1.0), swing_logs(), schema, nullptr, {}, 1, after_2_s());
   ASSERT_EQ(result.entries[0].metrics.pooled.size(), 3U);
   for (const LogEntry& entry : result.entries)
@@ -138,7 +138,7 @@ TEST(EvaluateLogs, AnAngleOfTwoStatesIsComparedAsWell) {
   EXPECT_THAT(result.notes, ::testing::Contains(HasSubstr("turn ")));
 }
 
-TEST(EvaluateLogs, AddedNoiseCostsAndItsSeedDecides) {
+TEST(EvaluateLogs, AddedNoiseIncreasesTheErrorAndDependsOnItsSeed) {
   const NoiseConfig noise{NoiseKind::kGaussian, 0.02};
   EXPECT_GT(evaluated(noise).entries[0].metrics.pooled[0].rmse[1],
             2.0 * evaluated().entries[0].metrics.pooled[0].rmse[1]);
@@ -147,7 +147,7 @@ TEST(EvaluateLogs, AddedNoiseCostsAndItsSeedDecides) {
 
 TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
   const auto json = nlohmann::json::parse(evaluation_json("differentiator", evaluated()));
-  EXPECT_EQ(json.at("norm_of"), "states over their standard deviation");  // rad/s and m do not add up
+  EXPECT_EQ(json.at("norm_of"), "states over their standard deviation");  // rad/s and m cannot be added
   EXPECT_TRUE(json.at("norm").is_number());
   EXPECT_EQ(json.at("in_domain").at("share"), 1.0);
   EXPECT_EQ(json.at("unscored").at("share"), 0.0);
@@ -160,7 +160,7 @@ TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
   EXPECT_EQ(json.at("noise"), "none");
 }
 
-TEST(EvaluateLogs, AStateWithoutATruthIsUnscoredAndTheOthersAsBefore) {
+TEST(EvaluateLogs, AStateWithoutATruthIsUnscoredAndDoesNotAffectOthers) {
   const LogEvaluation all = evaluated();
   Dataset logs = swing_logs();
   logs.states.pop_back();  // `hidden`
@@ -177,13 +177,13 @@ TEST(EvaluateLogs, AStateWithoutATruthIsUnscoredAndTheOthersAsBefore) {
     for (std::size_t w = 0; w < all.entries[e].metrics.windows.size(); ++w)
       EXPECT_NEAR(some.entries[e].metrics.pooled[0].rmse[w], all.entries[e].metrics.pooled[0].rmse[w], 1e-12);
   }
-  EXPECT_EQ(some.examples[0].all_estimates.rows(), 2) << "it is estimated all the same";
+  EXPECT_EQ(some.examples[0].all_estimates.rows(), 2) << "it is estimated although it has no truth";
   EXPECT_THAT(evaluation_text("m", some), HasSubstr("unscored: hidden, of which these logs have no truth"));
   EXPECT_THAT(evaluation_text("m", all), testing::Not(HasSubstr("no truth")));
   EXPECT_EQ(nlohmann::json::parse(evaluation_json("m", some))["unscored"]["states"][0], "hidden");
 }
 
-TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
+TEST(EvaluateLogs, ReportsUnscoredSamplesAndChecksTheirEstimates) {
   Dataset logs = swing_logs();
   for (Trajectory& run : logs.trajectories) {
     run.weight.head(20).setZero();
@@ -195,9 +195,9 @@ TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
   const std::string text = evaluation_text("differentiator", sane);
   EXPECT_THAT(text, HasSubstr("unscored: 3.33 % of the samples, the first 0.20 s"));
   EXPECT_THAT(text, HasSubstr("in domain: 100 % of the samples; 2 of 2 first samples of a log"));
-  EXPECT_EQ(sane.notes.size(), 2U);  // control: nothing about unscored samples
+  EXPECT_EQ(sane.notes.size(), 2U);  // control: no note about unscored samples
 
-  logs.trajectories[1].outputs(0, 3) += 10.0;  // a jump of the sensor where nothing is scored: dq is off by 500 rad/s
+  logs.trajectories[1].outputs(0, 3) += 10.0;  // a jump of the sensor while nothing is scored: dq is wrong by 500 rad/s
   const LogEvaluation wild = evaluated({}, 1.0, logs);
   ASSERT_EQ(wild.notes.size(), 3U);
   EXPECT_THAT(wild.notes[2], HasSubstr("dq is estimated as"));
@@ -205,13 +205,13 @@ TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
   EXPECT_THAT(wild.notes[2], HasSubstr("the truth lies within -2.00 and 2.00 rad/s"));
 }
 
-TEST(EvaluateLogs, UnscoredSamplesInsideALogAreCounted) {
+TEST(EvaluateLogs, CountsUnscoredSamplesInsideALog) {
   Dataset logs = swing_logs();
   logs.trajectories[0].weight.segment(100, 5).setZero();
   EXPECT_EQ(find_unscored(logs).where, "5 samples inside");
 }
 
-TEST(EvaluateLogs, AnEmptyCellIsAMissedMeasurement) {
+TEST(EvaluateLogs, AnEmptyCellIsAMissingMeasurement) {
   Dataset holey = swing_logs();
   for (Trajectory& run : holey.trajectories) {
     run.missing.setConstant(1, run.samples(), false);
@@ -220,7 +220,7 @@ TEST(EvaluateLogs, AnEmptyCellIsAMissedMeasurement) {
       run.outputs(0, k) = run.outputs(0, 399);
     }
   }
-  Dataset given = swing_logs();  // the same as a caller in flight has it
+  Dataset given = swing_logs();  // the same measurements as in flight
   for (Trajectory& run : given.trajectories) run.outputs.middleCols(400, 50).setConstant(std::nan(""));
   const LogEvaluation result = evaluated({}, 1.0, holey);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -230,13 +230,13 @@ TEST(EvaluateLogs, AnEmptyCellIsAMissedMeasurement) {
     ASSERT_EQ(result.examples[i].estimate, flown);
   }
   EXPECT_GT(result.entries[0].metrics.pooled[0].rmse[0], 1.5 * evaluated().entries[0].metrics.pooled[0].rmse[0]);
-  for (const auto& entry : result.entries) {  // baselines are given the last value
+  for (const auto& entry : result.entries) {  // baselines read the last value
     if (entry.estimator != "difference") continue;
     EXPECT_TRUE(std::isfinite(entry.metrics.pooled[0].rmse[0]));
   }
 }
 
-TEST(EvaluateLogs, OtherColumnsAreRefusedByName) {
+TEST(EvaluateLogs, RefusesOtherColumnsByName) {
   codegen::Model model = differentiator(0.0);
   model.states[1].name = "lost";
   EXPECT_THAT(thrown_message([&] { evaluate_on_logs(model, swing_logs(), swing_schema(), nullptr, {}, 1); }),

@@ -23,7 +23,7 @@ namespace {
 
 const NoiseConfig kGaussian{NoiseKind::kGaussian, 0.5}, kUniform{NoiseKind::kUniform, 3.0};
 
-/// An observer whose right answers are known: one latent state z with dz/dt = -2 z + 2 y, and x_hat = (z, y).
+/// An observer with known results: one latent state z with dz/dt = -2 z + 2 y, and x_hat = (z, y).
 codegen::Model low_pass_model() {
   codegen::Model model;
   model.name = "low_pass";
@@ -52,7 +52,7 @@ Estimator echo_first_output() {
   };
 }
 
-TEST(Evaluate, SameBytesForAnyNumberOfThreads) {
+TEST(Evaluate, GivesTheSameBytesForAnyNumberOfThreads) {
   const Dataset set = test::van_der_pol_set(13, 12.0, 3);
   const Evaluation one = evaluate_on_plant(low_pass_model(), set, kGaussian, 7, 1);
   for (const int threads : {2, 3, 8}) {
@@ -65,16 +65,16 @@ TEST(Evaluate, SameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST(Evaluate, SeedDecidesTheNoise) {
+TEST(Evaluate, NoiseDependsOnTheSeed) {
   const Dataset set = test::van_der_pol_set(4, 2.0, 3);
   const double a = evaluate_on_plant(low_pass_model(), set, kGaussian, 1, 1).metrics.norm;
   EXPECT_EQ(a, evaluate_on_plant(low_pass_model(), set, kGaussian, 1, 1).metrics.norm);
   EXPECT_NE(a, evaluate_on_plant(low_pass_model(), set, kGaussian, 2, 1).metrics.norm);
 }
 
-TEST(Evaluate, EstimatorThatEchoesTheSensorShowsTheNoiseItself) {
-  // x_hat_1 = y: the RMSE of x1 is the noise's standard deviation. 20 x 601 draws: five standard errors of a deviation
-  // are 5 / sqrt(2 * 12,020) = 3.2 % (Gaussian; a uniform draw has less).
+TEST(Evaluate, EstimatorThatReturnsTheMeasurementHasTheErrorOfTheNoise) {
+  // x_hat_1 = y, so the RMSE of x1 is the standard deviation of the noise. Five standard errors from 20 x 601 draws are
+  // 5 / sqrt(2 * 12,020) = 3.2 % (Gaussian; less for uniform noise).
   const Dataset set = test::van_der_pol_set(20, 12.0, 3);
   for (const NoiseConfig& noise : {kGaussian, kUniform}) {
     const double deviation = noise.of(0).kind == NoiseKind::kGaussian ? 0.5 : std::sqrt(3.0);
@@ -99,8 +99,8 @@ TEST(Evaluate, NamesTheRunWithTheLargestNorm) {
   EXPECT_EQ(result.worst_run, static_cast<std::size_t>(largest - norms.begin()));
 }
 
-TEST(Evaluate, EstimatorSeesNoCleanValue) {
-  // Each run reaches the estimator once, and no sample of it is the clean one.
+TEST(Evaluate, EstimatorReadsNoNoiseFreeValue) {
+  // Each run reaches the estimator once, and none of its samples is noise-free.
   const Dataset set = test::van_der_pol_set(6, 2.0, 3);
   std::atomic<int> calls = 0, clean = 0;
   const auto spy = [&]() -> Estimator {
@@ -115,10 +115,10 @@ TEST(Evaluate, EstimatorSeesNoCleanValue) {
   EXPECT_EQ(calls, 6);
   EXPECT_EQ(clean, 0);
   evaluate("spy", spy, set, {}, 5, 2);
-  EXPECT_GT(clean, 0);  // control: without noise the spy finds them
+  EXPECT_GT(clean, 0);  // control: without noise the estimator finds them
 }
 
-TEST(Evaluate, EstimatorSeesTheInputsWithoutNoise) {
+TEST(Evaluate, EstimatorReadsTheInputsWithoutNoise) {
   Dataset set = test::van_der_pol_set(5, 2.0, 3);
   for (Trajectory& run : set.trajectories) run.inputs = run.time_s.transpose().array().cos().matrix();
   std::atomic<int> calls = 0, right = 0;
@@ -134,30 +134,30 @@ TEST(Evaluate, EstimatorSeesTheInputsWithoutNoise) {
   EXPECT_EQ(right, 5);
 }
 
-TEST(Evaluate, ObserverRunsInFloatAsItFlies) {
+TEST(Evaluate, ObserverRunsInFloatAsInFlight) {
   const Dataset set = test::van_der_pol_set(1, 5.0, 3);
   const Trajectory& run = set.trajectories[0];
   const Eigen::MatrixXd estimate = observer_estimator(low_pass_model(), true)()(run.outputs, {}, run.time_s).x_hat;
   EXPECT_EQ(estimate, estimate.cast<float>().cast<double>());
-  // z follows dz/dt = -2 z + 2 y: first-order hold in double, by its closed form.
+  // z follows dz/dt = -2 z + 2 y with a first-order hold: closed form in double.
   const double h = 0.02, a = std::exp(-2.0 * h), b1 = 1.0 - (1.0 - a) / (2.0 * h), b0 = 1.0 - a - b1;
   double z = 0.0;
   for (Eigen::Index k = 1; k < run.samples(); ++k) {
     z = a * z + b0 * run.outputs(0, k - 1) + b1 * run.outputs(0, k);
-    ASSERT_NEAR(estimate(0, k), z, 1e-5) << k;  // float: 250 steps of 6e-8 of values up to 2
+    ASSERT_NEAR(estimate(0, k), z, 1e-5) << k;  // float: 250 steps, each rounding values up to 2 by 6e-8
   }
 }
 
-TEST(Evaluate, AStaticRidgeIsAheadOfTheMeanAndHoldsSamplesThatDoNotArrive) {
+TEST(Evaluate, AStaticRidgeIsBetterThanTheMeanAndHoldsMissingSamples) {
   const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
   const NoiseConfig noise = parse_noise("gaussian:0.1+missing:0.2");
-  const auto norm = [&](const char* name) {  // a NaN among the estimates would throw
+  const auto norm = [&](const char* name) {  // throws if an estimate is NaN
     return evaluate(name, baseline_estimator(name, with_noise(set, noise, 5)), other, noise, 1, 1).metrics.norm;
   };
   EXPECT_LT(norm("static_ridge"), 0.9 * norm("constant"));
 }
 
-TEST(Evaluate, ConstantEstimatorErrsByTheSpreadOfTheStates) {
+TEST(Evaluate, ErrorOfTheConstantIsTheStandardDeviationOfTheStates) {
   const Dataset set = test::van_der_pol_set(5, 20.0, 3);
   const Evaluation result = evaluate("constant", baseline_estimator("constant", set), set, kGaussian, 1, 1);
   double mean = 0.0, square = 0.0, n = 0.0;
@@ -169,22 +169,23 @@ TEST(Evaluate, ConstantEstimatorErrsByTheSpreadOfTheStates) {
   EXPECT_NEAR(result.metrics.per_component[1], std::sqrt(square / n - mean * mean / n / n), 1e-10);  // rounding
 }
 
-TEST(Evaluate, DomainIsCountedAndTheFirstSampleApart) {
+TEST(Evaluate, CountsTheDomainAndTheFirstSampleSeparately) {
   const Dataset set = test::van_der_pol_set(5, 20.0, 3);
   codegen::Model model = low_pass_model();
   const DomainShare all = evaluate_on_plant(model, set, {}, 1, 2).domain.value();
   EXPECT_EQ(all.share(), 1.0);
   EXPECT_EQ(all.samples, 5 * 1000);
   EXPECT_EQ(all.first_inside, 5);
-  model.latent_min.setConstant(0.5);  // z starts at 0 and swings to both sides
+  model.latent_min.setConstant(0.5);  // z starts at 0 and moves to both sides
   const DomainShare half = evaluate_on_plant(model, set, {}, 1, 2).domain.value();
   EXPECT_GT(half.share(), 0.2);
   EXPECT_LT(half.share(), 0.5);
   EXPECT_EQ(half.first_inside, 0);
 }
 
-TEST(Evaluate, ReadoutOfTheFeaturesIsTheBestLinearEstimate) {
-  // T* reads z and y, and x1 is y: the readout has it exactly, but for its ridge; x2 is no linear function of both.
+TEST(Evaluate, RidgeOnTheFeaturesIsTheBestLinearEstimate) {
+  // T* reads z and y, and x1 = y: the readout reproduces it exactly, except for the ridge; x2 is not a linear function
+  // of both.
   const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
   const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set, 0.0), other, {}, 1, 2);
   EXPECT_LT(ridge.metrics.per_component[0], 1e-4);
@@ -200,11 +201,12 @@ TEST(Evaluate, StatesOfDifferentUnitsHaveANormalisedNorm) {
   set.states[1].unit = "m/s";
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, {}, 1, 1);
   EXPECT_TRUE(constant.metrics.normalised);
-  EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);  // rounding: knowing nothing is one deviation off
+  // Rounding; without any knowledge the error is one standard deviation.
+  EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);
   EXPECT_NE(evaluation_text(row_of("m", {constant})).find("normalised norm"), std::string::npos);
 }
 
-TEST(Evaluate, ForeignTestSetIsRefused) {
+TEST(Evaluate, RefusesATestSetOfAnotherPlant) {
   Dataset set = test::van_der_pol_set(1, 1.0, 3);
   set.states.push_back({"x3", "", 0.0});
   EXPECT_THROW(evaluate_on_plant(low_pass_model(), set, {}, 1, 1), codegen::Error);
@@ -212,8 +214,8 @@ TEST(Evaluate, ForeignTestSetIsRefused) {
   EXPECT_THROW(evaluate("echo", echo_first_output, set, {}, 1, 1), codegen::Error);
 }
 
-TEST(EvaluationJson, HoldsThePromisedKeysAndOnlyFiniteNumbers) {
-  // 3 s: neither settled nor settling time exist.
+TEST(EvaluationJson, HasTheDocumentedKeysAndOnlyFiniteNumbers) {
+  // In 3 s there is neither a settled error nor a settling time.
   const Dataset set = test::van_der_pol_set(2, 3.0, 3);
   const Evaluation own = evaluate_on_plant(low_pass_model(), set, kUniform, 9, 1);
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, kUniform, 9, 1);
@@ -248,7 +250,7 @@ TEST(EvaluationText, NamesTheTestAndOneRowPerEstimator) {
   EXPECT_EQ(text.find("nan"), std::string::npos) << text;
 }
 
-/// Two runs of four samples: one state rests at 1 and at -2.
+/// Two runs of four samples: the state is constant at 1 and at -2.
 Dataset resting() {
   Dataset set;
   set.states = {{"angle", "rad", 0.0}};
@@ -260,22 +262,22 @@ Dataset resting() {
   return set;
 }
 
-TEST(ClosedLoopCost, IsTheDeviationFromTheLoopOfTheTrueState) {
+TEST(ClosedLoopCost, IsTheDistanceFromTheLoopOfTheTrueState) {
   Dataset flown = resting();
   EXPECT_EQ(closed_loop_cost(resting(), flown).deviation(0), 0.0);
-  flown.trajectories[0].states.array() += 2.0;  // up to 3, within twice the reach, 2
+  flown.trajectories[0].states.array() += 2.0;  // up to 3, within twice the range, which is 2
   const ClosedLoopCost cost = closed_loop_cost(resting(), flown);
   EXPECT_NEAR(cost.deviation(0), std::sqrt(2.0), 1e-15);  // 4 over half of the samples
   EXPECT_EQ(cost.runs, 2);
   EXPECT_EQ(cost.left, 0);
 }
 
-TEST(ClosedLoopCost, CountsRunsThatLeave) {
+TEST(ClosedLoopCost, CountsRunsThatLeaveTheRange) {
   Dataset flown = resting();
   flown.trajectories[1].states(0, 3) = -4.1;
   const ClosedLoopCost cost = closed_loop_cost(resting(), flown);
   EXPECT_EQ(cost.left, 1);
-  EXPECT_THAT(to_text(cost, flown.states), testing::HasSubstr("1 of 2 runs go beyond 2 times its range"));
+  EXPECT_THAT(to_text(cost, flown.states), testing::HasSubstr("1 of 2 runs go beyond 2 times the range of that loop"));
 }
 
 TEST(ClosedLoopCost, RefusesSetsOfDifferentRuns) {

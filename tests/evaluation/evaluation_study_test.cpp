@@ -19,7 +19,7 @@ using testing::Not;
 
 constexpr double kRounding = 1e-12;
 
-/// The result of an estimator of two states: a norm, and the same RMSE for both.
+/// The result of an estimator of two states: a norm, and the same RMSE for both states.
 Evaluation reached(const std::string& estimator, double norm, std::uint64_t seed = 1) {
   Evaluation evaluation{estimator, {}, seed, 200, 50.0, {{"x1", "", 0.0}, {"x2", "m", 0.0}}, {{"y", "", 0.0}}, {}, {}};
   evaluation.metrics.norm = norm;
@@ -38,7 +38,7 @@ StudyRow two_by_two() {
 
 const Quantity kNorm = [](const ErrorMetrics& m) { return std::optional(m.norm); };
 
-TEST(StudyRow, StandardErrorsAreThoseOfTheMeansOverTestSetsAndOverModels) {
+TEST(StudyRow, HasStandardErrorsOverTestSetsAndOverModels) {
   const Spread spread = spread_of(two_by_two().observer(), kNorm).value();
   EXPECT_NEAR(spread.mean, 3.0, kRounding);
   EXPECT_NEAR(spread.test_set_error.value(), 1.5, kRounding);       // from 1.5 and 4.5
@@ -51,7 +51,7 @@ TEST(StudyRow, OneDrawHasNoStandardError) {
   EXPECT_FALSE(spread.training_seed_error.has_value());
 }
 
-TEST(StudyRow, AMeanOfSomeIsNoMean) {
+TEST(StudyRow, HasNoMeanIfAResultIsMissing) {
   StudyCell cell = two_by_two().observer();
   const Quantity nrmse = [](const ErrorMetrics& m) { return m.nrmse; };
   EXPECT_TRUE(spread_of(cell, nrmse).has_value());  // control
@@ -87,10 +87,10 @@ TEST(StudyRow, TablesStayWithinAHundredColumns) {
   for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)
     longest = std::max(longest, display_width(text.substr(at, text.find('\n', at) - at)));
   EXPECT_LE(longest, 100U) << text;
-  EXPECT_GT(longest, 80U) << "the control: nothing that is wide was shown";
+  EXPECT_GT(longest, 80U) << "control: no wide table was shown";
 }
 
-TEST(ComparisonNotes, NameStatesThatAreNotSeenAndStatesThatNeedNoNetwork) {
+TEST(ComparisonNotes, NameUndeterminedStatesAndStatesThatNeedNoNetwork) {
   const double nan = std::nan("");
   const auto notes = comparison_notes({{"lost", "m", "all", 0.96, 1.0, 0.9},
                                        {"plain", "", "all", 0.5, 1.0, 0.5},
@@ -101,7 +101,7 @@ TEST(ComparisonNotes, NameStatesThatAreNotSeenAndStatesThatNeedNoNetwork) {
   EXPECT_THAT(notes[1], HasSubstr("plain gains nothing from a network"));
 }
 
-TEST(StudyRow, PlantsHaveTheNotesOfLogs) {
+TEST(StudyRow, GivesTheSameNotesForPlantsAsForLogs) {
   const StudyRow row = row_of("a", {reached("observer", 1.0), reached("constant", 1.0), reached("ridge", 2.0)});
   EXPECT_THAT(evaluation_text(row), HasSubstr("note: x2 is not seen"));
   const StudyRow good = row_of("a", {reached("observer", 1.0), reached("constant", 2.0), reached("ridge", 2.0)});
@@ -120,7 +120,7 @@ TEST(Text, SignificantDigitsSurviveRoundingUp) {
   EXPECT_EQ(significant(std::optional<double>()), "-");
 }
 
-TEST(Text, ErrorsHaveAPlaceMoreThanTheirMeanUnlessAllRoundToZero) {
+TEST(Text, ErrorsHaveOneDigitMoreThanTheirMeanUnlessAllRoundToZero) {
   EXPECT_EQ(to_text(Spread{0.0952, 0.0004}), "0.0952 ± 0.00040");
   EXPECT_EQ(to_text(Spread{1.99, 0.0004}), "1.99");
   EXPECT_EQ(to_text(Spread{1.99, 0.0004, 0.02}), "1.99 ± 0.000 ± 0.020");
@@ -131,7 +131,7 @@ TEST(Text, ErrorsHaveAPlaceMoreThanTheirMeanUnlessAllRoundToZero) {
 TEST(Text, StandardErrorsUseIndependentDraws) {
   EXPECT_EQ(standard_error(std::vector{1.5, 4.5}), 1.5);
   EXPECT_EQ(deviation_of(std::vector{1.0, 3.0, 5.0}), 2.0);
-  EXPECT_FALSE(standard_error(std::vector{1.0})) << "one draw has no scatter";
+  EXPECT_FALSE(standard_error(std::vector{1.0})) << "one draw has no standard error";
 }
 
 TEST(Text, WidthCountsCodePoints) {

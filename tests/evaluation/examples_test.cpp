@@ -16,7 +16,7 @@ using testing::ElementsAre;
 
 constexpr Eigen::Index kSamples = 50;
 
-/// Runs of an angle [rad] that wraps and a speed a thousand times as large.
+/// Runs of an angle [rad] that wraps and of a speed that is a thousand times as large.
 Dataset mixed_set(int runs) {
   Dataset set{{{"angle", "rad", 2.0 * std::numbers::pi}},
               {{"angle", "rad", 2.0 * std::numbers::pi}, {"speed", "rpm", 0.0}},
@@ -39,18 +39,18 @@ std::vector<std::size_t> indices(const std::vector<Chosen>& chosen) {
   return runs;
 }
 
-TEST(RelativeError, CountsEachStateByItsOwnSpread) {
+TEST(RelativeError, ScalesEachStateByItsStandardDeviation) {
   const Dataset set = mixed_set(1);
   const Eigen::VectorXd scale = state_deviation(set);
   EXPECT_NEAR(scale[1] / scale[0], 1000.0, 500.0);
   for (const Eigen::Index state : {0, 1}) {
     Eigen::MatrixXd estimate = set.trajectories[0].states;
-    estimate.row(state).array() += scale[state];  // one deviation off in one of two states
+    estimate.row(state).array() += scale[state];  // wrong by one standard deviation in one of two states
     EXPECT_NEAR(relative_error(set.trajectories[0], estimate, set.states, scale), std::sqrt(0.5), 1e-12);
   }
 }
 
-TEST(RelativeError, TakesAnglesTheShortWayAndLeavesOutMaskedSamples) {
+TEST(RelativeError, MeasuresAnglesTheShortWayAndLeavesOutMaskedSamples) {
   Dataset set = mixed_set(1);
   const Eigen::VectorXd scale = state_deviation(set);
   Eigen::MatrixXd estimate = set.trajectories[0].states;
@@ -62,16 +62,16 @@ TEST(RelativeError, TakesAnglesTheShortWayAndLeavesOutMaskedSamples) {
   EXPECT_NEAR(relative_error(set.trajectories[0], estimate, set.states, scale), 0.0, 1e-12);
 }
 
-TEST(SpreadChoice, KeepsAllOfAFewAndNamesBestAndWorst) {
+TEST(SpreadChoice, KeepsAllRunsIfThereAreFewAndNamesBestAndWorst) {
   const auto chosen = spread_choice({0.3, 0.1, 0.9});
   EXPECT_THAT(indices(chosen), ElementsAre(0, 1, 2));
   EXPECT_EQ(chosen[0].why, "first");
   EXPECT_EQ(chosen[1].why, "best");
   EXPECT_EQ(chosen[2].why, "worst");
-  EXPECT_EQ(spread_choice({0.3}).front().why, "first");  // alone, it is neither
+  EXPECT_EQ(spread_choice({0.3}).front().why, "first");  // the only run is neither best nor worst
 }
 
-TEST(SpreadChoice, OfManyTakesFirstBestWorstAndOthersEvenlySpread) {
+TEST(SpreadChoice, ChoosesFirstBestWorstAndEvenlySpreadOnesOfMany) {
   std::vector<double> errors(100, 0.5);
   errors[41] = 0.9;
   errors[42] = 0.1;
@@ -79,7 +79,7 @@ TEST(SpreadChoice, OfManyTakesFirstBestWorstAndOthersEvenlySpread) {
   EXPECT_THAT(indices(chosen), ElementsAre(0, 19, 39, 41, 42, 59, 79, 99));
 }
 
-TEST(SpreadChoice, NeverTakesARunTwice) {
+TEST(SpreadChoice, NeverChoosesARunTwice) {
   for (std::size_t count = 1; count <= 40; ++count) {
     std::vector<double> errors;
     for (std::size_t i = 0; i < count; ++i) errors.push_back(std::sin(static_cast<double>(7 * i)));
@@ -89,13 +89,13 @@ TEST(SpreadChoice, NeverTakesARunTwice) {
   }
 }
 
-TEST(FirstAndWorst, DoNotDependOnTheOrderInWhichRunsAreDone) {
+TEST(FirstAndWorst, DoNotDependOnTheOrderOfEvaluation) {
   const Dataset set = mixed_set(5);
   const auto examples = [&](std::vector<std::size_t> order) {
     FirstAndWorst kept(set);
     for (const std::size_t i : order) {
       Eigen::MatrixXd estimate = set.trajectories[i].states;
-      estimate.row(1).array() += i == 2 || i == 4 ? 700.0 : 10.0;  // two are equally bad
+      estimate.row(1).array() += i == 2 || i == 4 ? 700.0 : 10.0;  // two runs are equally bad
       kept.offer(i, set.trajectories[i].outputs, estimate);
     }
     std::string text;
@@ -106,9 +106,9 @@ TEST(FirstAndWorst, DoNotDependOnTheOrderInWhichRunsAreDone) {
   EXPECT_EQ(examples({4, 3, 2, 1, 0}), "run 0:first run 2:worst ");
 }
 
-TEST(OutsideOfDomain, IsSaidOfTheLatentStateWithAnglesTakenBack) {
-  // z follows the angle at 10 1/s from its first value. Relative to the angle z lags by at most 0.1 rad of this ramp,
-  // and turns with it: inside throughout, although z itself runs to 20 rad.
+TEST(OutsideOfDomain, IsJudgedByTheLatentStateRelativeToTheAngle) {
+  // z follows the angle at 10 1/s from its first value. z lags this ramp by at most 0.1 rad, so relative to the angle
+  // it stays inside the domain, although z itself reaches 20 rad.
   codegen::Model model;
   model.name = "follower";
   model.outputs = {{"angle", "rad", 2.0 * std::numbers::pi}};
@@ -133,7 +133,7 @@ TEST(OutsideOfDomain, IsSaidOfTheLatentStateWithAnglesTakenBack) {
   run.truth.time_s = Eigen::VectorXd::LinSpaced(201, 0.0, 20.0);
   run.measured = run.truth.time_s.transpose();
   EXPECT_EQ(outside_of_domain(model, run, true).sum(), 0.0);
-  run.measured.row(0).tail(100).array() += 1.0;  // a jump that z has yet to follow
+  run.measured.row(0).tail(100).array() += 1.0;  // a jump that z has not yet followed
   const Eigen::VectorXd outside = outside_of_domain(model, run, true);
   EXPECT_EQ(outside.head(101).sum(), 0.0);
   EXPECT_EQ(outside[101], 1.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [inverse_map] error: what training adds to a model, and that it changes nothing else.
+// The linear readout; and [inverse_map] error: what training adds to a model, and that it changes nothing else.
 #include "trainer/judge/evaluation/linear_readout.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// T* reads (z1, z2 - y); two states, the second an angle.
+/// T* reads (z1, z2 - y) and estimates two states, of which the second is an angle.
 codegen::Model reader() {
   codegen::Model model;
   model.outputs = {{"y", "", 0.0}};
@@ -34,7 +34,7 @@ codegen::Model reader() {
   return model;
 }
 
-/// A run whose angle turns once, with x a linear function of the features and sin, cos of the angle among them.
+/// A run whose angle makes a full turn; x is a linear function of the features, and of sine and cosine of the angle.
 std::pair<codegen::Run, Trajectory> turning_run() {
   constexpr Eigen::Index kSamples = 200;
   codegen::Run run{Eigen::MatrixXd(), Eigen::MatrixXd(2, kSamples), Eigen::MatrixXd(1, kSamples)};
@@ -44,7 +44,7 @@ std::pair<codegen::Run, Trajectory> turning_run() {
                    Eigen::MatrixXd(2, kSamples),
                    Eigen::VectorXd::Ones(kSamples)};
   for (Eigen::Index k = 0; k < kSamples; ++k) {
-    const double angle = kTurn * static_cast<double>(k) / 100.0;  // unwrapped, to two turns
+    const double angle = kTurn * static_cast<double>(k) / 100.0;  // unwrapped, up to two turns
     run.z.col(k) << std::sin(angle), std::cos(angle) + 0.1 * angle;
     run.y(0, k) = 0.1 * angle;
     truth.states.col(k) << 5.0 - 2.0 * std::sin(angle) + 3.0 * std::cos(angle), angle;
@@ -58,7 +58,7 @@ TEST(LinearReadout, FindsALinearMapOfTheFeaturesAndAnglesBySineAndCosine) {
   readout.add(run.first, run.second);
   readout.fit();
   const Eigen::MatrixXd estimate = readout.estimate(run.first);
-  constexpr double kRidgeBias = 1e-4;  // a ridge of 1e-6 pulls coefficients of order 5 by some 1e-5
+  constexpr double kRidgeBias = 1e-4;  // a ridge of 1e-6 changes coefficients of order 5 by about 1e-5
   for (Eigen::Index k = 0; k < estimate.cols(); ++k) {
     ASSERT_NEAR(estimate(0, k), run.second.states(0, k), kRidgeBias) << k;
     ASSERT_NEAR(std::remainder(estimate(1, k) - run.second.states(1, k), kTurn), 0.0, kRidgeBias) << k;
@@ -75,10 +75,10 @@ TEST(LinearReadout, MaskedTruthDoesNotCount) {
   EXPECT_NEAR(readout.estimate(run.first)(0, 120), run.second.states(0, 120), 1e-4);
 }
 
-TEST(LinearReadout, TheTransientDoesNotChangeTheFitOfTheSettledSamples) {
+TEST(LinearReadout, TransientDoesNotChangeTheFitOfTheSettledSamples) {
   constexpr Eigen::Index kTransient = 60;
   auto run = turning_run();
-  run.second.states.row(0).head(kTransient).array() += 1000.0;  // no function of the features
+  run.second.states.row(0).head(kTransient).array() += 1000.0;  // not a function of the features
   const double period_s = reader().sample_period_s;
   const auto error_behind = [&](double settled_from_s) {
     LinearReadout readout(reader(), settled_from_s);
@@ -87,11 +87,11 @@ TEST(LinearReadout, TheTransientDoesNotChangeTheFitOfTheSettledSamples) {
     const Eigen::MatrixXd off = readout.estimate(run.first) - run.second.states;
     return off.row(0).tail(200 - kTransient).cwiseAbs().maxCoeff();
   };
-  EXPECT_LT(error_behind(static_cast<double>(kTransient) * period_s), 1e-4) << "the ridge of 1e-6 alone";
+  EXPECT_LT(error_behind(static_cast<double>(kTransient) * period_s), 1e-4) << "only the bias of the ridge of 1e-6";
   EXPECT_GT(error_behind(0.0), 1.0) << "control: one fit over all samples";
 }
 
-TEST(LinearReadout, WithoutDataThereIsNone) {
+TEST(LinearReadout, IsRefusedWithoutData) {
   EXPECT_THROW(LinearReadout(reader(), 0.0).fit(), codegen::Error);
 }
 
@@ -109,7 +109,7 @@ codegen::Model trained(Experiment experiment, bool error) {
   return train(experiment, test::van_der_pol_set(40, 20.0, 1, 2.0), test::van_der_pol_set(40, 20.0, 2, 2.0), {}).model;
 }
 
-TEST(ErrorTraining, ChangesNothingElseOfTheModel) {
+TEST(ErrorTraining, ChangesNothingElseInTheModel) {
   Experiment experiment = oscillator_experiment();
   experiment.training.steps = 20;
   codegen::Model with = trained(experiment, true);
@@ -132,15 +132,15 @@ TEST(ErrorTraining, CoversItsNominalShareOnNewRuns) {
   const NoiseConfig noise{NoiseKind::kGaussian, 0.2};
   const auto found = evaluate("", observer_estimator(model, true), fresh, noise, 7, 1).coverage;
   ASSERT_TRUE(found);
-  // Errors of a run are correlated over its 2 s or so: 100 runs of 20 s are 1,000 draws, 40 of the calibration 400.
-  // Four deviations of their difference: 4 sqrt(p (1 - p) (1 / 1000 + 1 / 400)).
+  // The errors of a run are correlated over about 2 s: 100 runs of 20 s count as 1,000 draws, the 40 runs of the
+  // calibration as 400. Tolerance: four deviations of the difference, 4 sqrt(p (1 - p) (1 / 1000 + 1 / 400)).
   const auto tolerance = [](double p) { return 4.0 * std::sqrt(p * (1.0 - p) * (1.0 / 1000.0 + 1.0 / 400.0)); };
   for (Eigen::Index i = 0; i < 2; ++i) {
     EXPECT_NEAR(found->share_68(i), 0.68, tolerance(0.68)) << i;
     EXPECT_NEAR(found->share_95(i), 0.95, tolerance(0.95)) << i;
   }
 
-  codegen::Model wrong = model;  // the control: a sigma that is wrong by a third is seen
+  codegen::Model wrong = model;  // control: a sigma that is wrong by a third is detected
   wrong.error->factor_68 *= 1.4;
   const auto seen = evaluate("", observer_estimator(wrong, true), fresh, noise, 7, 1).coverage;
   for (Eigen::Index i = 0; i < 2; ++i) EXPECT_GT(std::abs(seen->share_68(i) - 0.68), tolerance(0.68)) << i;

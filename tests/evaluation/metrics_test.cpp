@@ -18,7 +18,7 @@ constexpr double kRounding = 1e-12;  // sums of a few thousand terms of order 1,
 
 const std::vector<Channel> kTwoStates = {{"x1", "", 0.0}, {"x2", "", 0.0}};
 
-/// A run over [0, horizon] s whose truth is the constant `value`.
+/// A run over [0, horizon] s whose true state is the constant `value`.
 Trajectory constant_run(const Eigen::VectorXd& value, double horizon_s, double step_s) {
   const auto n = static_cast<Eigen::Index>(std::lround(horizon_s / step_s)) + 1;
   Trajectory run{"constant", Eigen::VectorXd(n), Eigen::MatrixXd::Zero(1, n), value.replicate(1, n),
@@ -41,7 +41,7 @@ ErrorMetrics metrics_of(const std::vector<Channel>& states, const Trajectory& ru
   return sum.metrics();
 }
 
-TEST(Metrics, ConstantErrorIsItsOwnNorm) {
+TEST(Metrics, NormOfAConstantErrorIsThatError) {
   const Trajectory run = constant_run(Eigen::Vector2d(3.0, 4.0), 20.0, 0.1);
   Eigen::MatrixXd estimate = run.states;
   estimate.colwise() += Eigen::Vector2d(0.3, -0.4);
@@ -55,7 +55,7 @@ TEST(Metrics, ConstantErrorIsItsOwnNorm) {
   EXPECT_EQ(m.samples, 201);
 }
 
-TEST(Metrics, ExponentialErrorMeetsItsClosedForm) {
+TEST(Metrics, NormOfAnExponentialErrorEqualsItsClosedForm) {
   // e(t_k) = a exp(-t_k): the mean of its square over N samples is a geometric series.
   constexpr double kStep = 0.01, kHorizon = 20.0, kAmplitude = 2.0;
   const Trajectory run = constant_run(Eigen::Vector2d::Zero(), kHorizon, kStep);
@@ -72,9 +72,9 @@ TEST(Metrics, ExponentialErrorMeetsItsClosedForm) {
   EXPECT_NEAR(m.curve_time_s[100], 1.0, kRounding);
 }
 
-TEST(Metrics, SettlesWhenAStepInTheErrorIsBehindTheWindow) {
-  // Error 1 until 3 s, 0.1 after: windows that start at 3 s or later hold 0.1 only; one more tick of the large error
-  // in a window of 10 ticks would give sqrt((1 + 9 * 0.01) / 10) = 0.33 > 0.15.
+TEST(Metrics, SettlesWhenTheWindowHasPassedAStepOfTheError) {
+  // The error is 1 until 3 s and 0.1 after that. Windows that start at 3 s or later contain only 0.1; one sample of the
+  // large error in a window of 10 samples would give sqrt((1 + 9 * 0.01) / 10) = 0.33 > 0.15.
   const Trajectory run = constant_run(Eigen::Vector2d::Zero(), 20.0, 0.1);
   Eigen::MatrixXd estimate = run.states;
   for (Eigen::Index k = 0; k < run.samples(); ++k) estimate(0, k) = k < 30 ? 1.0 : 0.1;
@@ -98,9 +98,9 @@ TEST(Metrics, RunShorterThanTenSecondsHasNoSettledError) {
   EXPECT_EQ(m.settled_per_component.size(), 0);
 }
 
-TEST(Metrics, SettledCountsTheSampleAtTenSeconds) {
+TEST(Metrics, SettledErrorIncludesTheSampleAtTenSeconds) {
   Trajectory run = constant_run(Eigen::Vector2d::Zero(), 10.0, 0.02);
-  for (Eigen::Index k = 1; k < run.samples(); ++k) run.time_s[k] = run.time_s[k - 1] + 0.02;  // ends at 9.99999...
+  for (Eigen::Index k = 1; k < run.samples(); ++k) run.time_s[k] = run.time_s[k - 1] + 0.02;  // ends at 9.99999... s
   Eigen::MatrixXd estimate = run.states;
   estimate(0, run.samples() - 1) = 7.0;
   EXPECT_NEAR(metrics_of(kTwoStates, run, estimate, 0.02).settled.value(), 7.0, kRounding);
@@ -111,7 +111,7 @@ TEST(Metrics, AnglesAreComparedTheShortWayRound) {
   const Trajectory run = constant_run(Eigen::VectorXd::Constant(1, kPi - 0.01), 1.0, 0.1);
   Eigen::MatrixXd estimate = Eigen::MatrixXd::Constant(1, run.samples(), -kPi + 0.01 + 6.0 * kPi);
   EXPECT_NEAR(metrics_of(angle, run, estimate, 0.1).norm, 0.02, kRounding);
-  // Control: without the wrap the same estimate is three turns off.
+  // Control: without the wrap the same estimate is wrong by three turns.
   EXPECT_NEAR(metrics_of({{"alpha", "rad", 0.0}}, run, estimate, 0.1).norm, 4.0 * kPi + 0.02, kRounding);
 }
 
@@ -126,7 +126,7 @@ TEST(Metrics, MaskedSamplesDoNotCount) {
   EXPECT_EQ(m.curve.size(), 10);
 }
 
-TEST(Metrics, NonFiniteEstimateIsNamed) {
+TEST(Metrics, ErrorsNameANonFiniteEstimate) {
   const Trajectory run = constant_run(Eigen::Vector2d::Ones(), 1.0, 0.1);
   Eigen::MatrixXd estimate = run.states;
   estimate(1, 4) = std::numeric_limits<double>::quiet_NaN();
@@ -172,7 +172,7 @@ TEST(Metrics, WindowsSeparateTheirSamples) {
   EXPECT_FALSE(m.windows[3].norm.has_value());
 }
 
-/// x1 moves by 0.5 m, x2 by 2000 degrees; the estimate is off by a tenth of each.
+/// x1 moves by 0.5 m, x2 by 2000 degrees; each estimate is wrong by a tenth of its state.
 ErrorMetrics of_mixed_units(double degrees_per_unit) {
   const std::vector<Channel> states = {{"x1", "m", 0.0}, {"x2", degrees_per_unit == 1.0 ? "deg" : "turn", 0.0}};
   Trajectory run = constant_run(Eigen::Vector2d::Zero(), 20.0, 0.1);
@@ -190,8 +190,9 @@ TEST(Metrics, NormOfStatesOverTheirDeviationDoesNotDependOnUnits) {
   const ErrorMetrics degrees = of_mixed_units(1.0), turns = of_mixed_units(360.0);
   EXPECT_TRUE(degrees.normalised);
   EXPECT_NEAR(degrees.norm, turns.norm, kRounding);
-  EXPECT_NEAR(degrees.per_component[1], 360.0 * turns.per_component[1], 1e-9);  // control: RMSE keep their unit
-  // A tenth of each state: its mean over 20 s is not zero, so the deviation is a little below the RMS.
+  EXPECT_NEAR(degrees.per_component[1], 360.0 * turns.per_component[1], 1e-9);  // control: RMSE keep their units
+  // The error is a tenth of each state. The mean of a state over 20 s is not zero, so its deviation is slightly below
+  // its RMS.
   EXPECT_NEAR(degrees.nrmse.value(), 0.1, 0.005);
 }
 
@@ -201,12 +202,12 @@ TEST(Metrics, DeviationOfAnAngleIsAboutItsMeanDirection) {
   run.weight[0] = 0.0;
   run.states(0, 0) = std::numeric_limits<double>::quiet_NaN();
   const double deviation = state_deviation({{}, {{"alpha", "rad", 2.0 * kPi}}, 0.1, true, {run}})[0];
-  EXPECT_NEAR(deviation, 0.1 / std::sqrt(2.0), 0.005);  // 20 s are 3.2 periods, not a whole number
+  EXPECT_NEAR(deviation, 0.1 / std::sqrt(2.0), 0.005);  // 20 s contain 3.2 periods, not a whole number
   EXPECT_TRUE(share_a_unit({{"a", "m", 0.0}, {"b", "m", 0.0}}));
   EXPECT_FALSE(share_a_unit({{"a", "m", 0.0}, {"b", "", 0.0}}));
 }
 
-TEST(Metrics, LongerRunWeighsMore) {
+TEST(Metrics, WeighsRunsByTheirNumberOfSamples) {
   // 11 samples with error 1 and 31 samples with error 0: the mean is over samples, not over runs.
   const Trajectory brief = constant_run(Eigen::Vector2d::Zero(), 1.0, 0.1),
                    longer = constant_run(Eigen::Vector2d::Zero(), 3.0, 0.1);
@@ -220,12 +221,12 @@ TEST(Metrics, LongerRunWeighsMore) {
   EXPECT_EQ(sum.metrics().curve[20], 0.0);
 }
 
-TEST(MetricsConfig, HasARateOfDecayWithAD) {
+TEST(MetricsConfig, HasARateOfDecayIfTheStructureHasD) {
   Experiment experiment;
   experiment.observer.eigenvalues = {-100.0};
   EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 0.05);
   for (const char* structure : {"general", "luenberger"}) {
-    experiment.observer.structure = structure;  // F of (11) starts from eigenvalues and leaves them
+    experiment.observer.structure = structure;  // F of (11) starts from the eigenvalues and moves away from them
     EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 10.0) << structure;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A Van der Pol test set of the protocol, made here from first principles so that these tests lean on no other part.
+// A Van der Pol test set of the protocol, simulated here so that these tests depend on no other part.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model that comes as bytes: taken when it is whole, refused for each way in which it is not, and what becomes of z.
+// A model that arrives as bytes: it is accepted if it is complete, refused for each kind of damage; and what happens to
+// z.
 #include "examples/field_update/model_blob.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ namespace {
 using Observer = watched::Observer;
 using Blob = ModelBlob<watched::Model>;
 
-/// The result of a new training: equal sizes, other weights of T*.
+/// The result of a new training: the same sizes, other weights of T*.
 watched::Model retrained() {
   watched::Model model = watched::kModel;
   model.outputs.max[0] = 3.5F;
@@ -34,7 +35,7 @@ float wave(int k) {
   return 0.5F * std::sin(0.05F * static_cast<float>(k));
 }
 
-TEST(ModelBlob, IsTakenAndFliesTheSameBitsAsTheModelThatWasCompiled) {
+TEST(ModelBlob, AnAcceptedModelGivesTheSameBitsAsTheCompiledOne) {
   const watched::Model model = retrained();
   auto blob = std::make_unique<Blob>();
   write_blob<Observer>(model, 7, *blob);
@@ -48,7 +49,7 @@ TEST(ModelBlob, IsTakenAndFliesTheSameBitsAsTheModelThatWasCompiled) {
     ASSERT_EQ(from_bytes.estimate()[0], compiled.estimate()[0]) << k;
     differs = differs || from_bytes.estimate()[0] != old.estimate()[0];
   }
-  EXPECT_TRUE(differs) << "control: the new weights are others";
+  EXPECT_TRUE(differs) << "control: the new weights differ";
 }
 
 TEST(ModelBlob, EveryFlippedBitIsRefused) {
@@ -65,10 +66,11 @@ TEST(ModelBlob, EveryFlippedBitIsRefused) {
       bytes[i] = static_cast<unsigned char>(bytes[i] ^ (1U << bit));
     }
   EXPECT_GT(flipped, 1000);
-  EXPECT_EQ(checked_model<Observer>(blob.get(), sizeof(Blob), 0).status, BlobStatus::kOk) << "control: put back";
+  EXPECT_EQ(checked_model<Observer>(blob.get(), sizeof(Blob), 0).status, BlobStatus::kOk)
+      << "control: with all bits restored";
 }
 
-TEST(ModelBlob, EachReasonIsSaid) {
+TEST(ModelBlob, RefusalsGiveTheirReason) {
   auto blob = std::make_unique<Blob>();
   const auto status = [&](std::size_t size = sizeof(Blob), std::uint32_t least = 7) {
     return checked_model<Observer>(blob.get(), size, least).status;
@@ -83,29 +85,29 @@ TEST(ModelBlob, EachReasonIsSaid) {
             BlobStatus::kMisaligned);
   blob->answer[0] += 0.01F;
   EXPECT_EQ(status(), BlobStatus::kDamaged);
-  blob->crc = crc_of(*blob);  // whole, but not what the model says
+  blob->crc = crc_of(*blob);  // complete, but of another model
   EXPECT_EQ(status(), BlobStatus::kOtherAnswers);
   ModelBlob<driven::Model> other;
   write_blob<driven::Observer>(driven::kModel, 7, other);
-  EXPECT_EQ(checked_model<driven::Observer>(&other, sizeof other, 7).status, BlobStatus::kOk) << "one with inputs";
+  EXPECT_EQ(checked_model<driven::Observer>(&other, sizeof other, 7).status, BlobStatus::kOk) << "a model with inputs";
   ASSERT_GE(sizeof other, sizeof(Blob));
   EXPECT_EQ(checked_model<Observer>(&other, sizeof other, 7).status, BlobStatus::kOtherLayout);
 }
 
-TEST(ModelBlob, CrcEqualsTheStandards) {
+TEST(ModelBlob, CrcEqualsThatOfTheStandard) {
   const unsigned char check[] = "123456789";
   EXPECT_EQ(crc32(check, 9), 0xCBF43926U);
-  EXPECT_EQ(crc32(check + 4, 5, crc32(check, 4)), 0xCBF43926U) << "in two parts";
+  EXPECT_EQ(crc32(check + 4, 5, crc32(check, 4)), 0xCBF43926U) << "computed in two parts";
 }
 
-TEST(ModelBlob, ZGoesOnWhereOnlyTheMapChangedAndStartsAgainWhereTheLatentSystemDid) {
+TEST(ModelBlob, ZContinuesIfOnlyTheMapChangedAndRestartsIfTheLatentSystemChanged) {
   Observer running(watched::kModel);
   for (int k = 0; k < 300; ++k) (void)running.step(wave(k));
 
   const watched::Model model = retrained();
   Observer next = exchanged(running, model), alone(model);
   for (int k = 0; k < 300; ++k) (void)alone.step(wave(k));
-  EXPECT_EQ(next.estimate()[0], alone.estimate()[0]) << "as if it had flown from the start";
+  EXPECT_EQ(next.estimate()[0], alone.estimate()[0]) << "as if the new map had flown from the start";
 
   watched::Model faster = model;
   faster.latent.step.a_minus_1[0] *= 2.0F;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The periodic thread of the control loop: no drift, and missed deadlines are counted and reported as passed time.
+// The periodic thread of the control loop: no drift; missed deadlines are counted and the elapsed time is reported.
 #include "examples/control_loop/periodic_timer.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ void work_for(std::int64_t duration_ns) {
   }
 }
 
-// Work of every length leaves the wake-ups on the grid: a timer that sleeps "for" a period would drift by it.
+// For work of any duration the wake-ups stay on the grid. A timer that sleeps for a period after the work would drift.
 TEST(PeriodicTimer, StaysOnItsGridForAnyCostOfATick) {
   PeriodicTimer timer(kPeriodNs);
   const std::int64_t start_ns = timer.deadline_ns();
@@ -29,13 +29,13 @@ TEST(PeriodicTimer, StaysOnItsGridForAnyCostOfATick) {
   EXPECT_EQ(periods, 50 + timer.missed());
 }
 
-TEST(PeriodicTimer, CountsMissedDeadlinesAndTellsHowMuchTimeHasPassed) {
+TEST(PeriodicTimer, CountsMissedDeadlinesAndReportsTheElapsedTime) {
   PeriodicTimer timer(kPeriodNs);
   timer.wait();
   const int missed_before = timer.missed();
   work_for(kPeriodNs * 7 / 2);
   const int periods = timer.wait();
-  EXPECT_GE(periods, 4);  // more when the machine is busy
+  EXPECT_GE(periods, 4);  // more if the machine is busy
   EXPECT_EQ(timer.missed() - missed_before, periods - 1);
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""examples/rigs/*.py on made-up checkouts of the repositories they convert: what comes out, and what is refused.
+"""Tests examples/rigs/*.py on made-up copies of the repositories that they convert: results and errors.
 
 usage: tests/examples/rigs_test.py
 """
@@ -34,7 +34,7 @@ class Rigs(unittest.TestCase):
         return subprocess.run([sys.executable, SCRIPTS / name, self.checkout, self.out], capture_output=True, text=True)
 
     def converted(self, name):
-        """File name -> rows of what the script makes of the checkout."""
+        """Returns the converted logs: {file name: rows}."""
         said = self.run_script(name)
         self.assertEqual(said.returncode, 0, said.stderr)
         logs = {}
@@ -49,7 +49,7 @@ class Rigs(unittest.TestCase):
             self.assertEqual(said.returncode, 1, name)
             self.assertIn(f"{name}: error: ", said.stderr)
 
-    def test_the_qube_comes_out_of_its_archive_as_it_is(self):
+    def test_the_qube_log_is_extracted_unchanged(self):
         log = "id,alpha,theta,alpha_dot,theta_dot,time\n0,-0.7,-0.04,-3.4,-1.0,3.62\n1,-0.8,-0.05,-3.5,-1.1,3.63\n"
         (self.checkout / "Data").mkdir()
         with zipfile.ZipFile(self.checkout / "Data/QQS2_data_diffx0.zip", "w") as archive:
@@ -59,14 +59,14 @@ class Rigs(unittest.TestCase):
         self.assertEqual([f.name for f in self.out.iterdir()], ["example_csv_fin3.csv"])
         self.assertEqual((self.out / "example_csv_fin3.csv").read_text(), log)
 
-    def test_a_cell_that_is_no_number_is_named(self):
+    def test_the_error_names_a_cell_that_is_not_a_number(self):
         self.file("data/experiment_records/design_C.0/20220914/sys_id/trajectory_00.csv",
                   "time,pos_meas1,pos_meas2,tau_meas1,tau_meas2\n0,0,0,0,0\n0.002,0,nothing,0,0\n")
         said = self.run_script("double_pendulum.py")
         self.assertEqual(said.returncode, 1)
         self.assertIn("trajectory_00.csv:3: 'pos_meas2' is not a number", said.stderr)
 
-    def test_of_the_battery_only_drive_cycles_are_taken(self):
+    def test_only_the_drive_cycles_of_the_battery_are_converted(self):
         heading = "Time [s],Voltage [V],Current [A],Temperature [degC],Capacity [Ah],SOC [-]\n"
         for cycle in ("551_Mixed1", "551_US06", "551_Charge1", "549_HPPC"):
             self.file(f"dataset/LG_HG2_processed/25degC/{cycle}_processed.csv", heading + "1,4.18,-0.5,25,-0.1,0.97\n")
@@ -87,11 +87,11 @@ class Rigs(unittest.TestCase):
             text += (f"{2540 + 0.1 * (k // 10)},0,0,0.1,{0.01 * (k // 10)},{rate},1.8,0,0.3,0.4,{1725443977 + t!r},"
                      f"{radius * math.cos(angle)},{radius * math.sin(angle)},{yaw}\n")
         self.file("System_identification/Data/80_circles/car_1_Datarecording_a.csv", text)
-        self.file("ROS_packages/racecar_pkg/src/Data/again/car_1_Datarecording_b.csv", text)  # the same one
+        self.file("ROS_packages/racecar_pkg/src/Data/again/car_1_Datarecording_b.csv", text)  # a second recording with the same content
         logs = self.converted("car.py")
         self.assertEqual(len(logs), 1)
         rows = next(iter(logs.values()))
-        self.assertEqual(len(rows), frames // 10)  # one for each message
+        self.assertEqual(len(rows), frames // 10)  # a row for each message
         for k, row in enumerate(rows):
             self.assertAlmostEqual(float(row["time"]), 0.1 * k, delta=1e-3)
             self.assertAlmostEqual(float(row["acc_y"]), 0.01 * k, delta=1e-9)
@@ -103,7 +103,7 @@ class Rigs(unittest.TestCase):
 
 @unittest.skipUnless(importlib.util.find_spec("numpy"), "unseen.py needs numpy")
 class Unseen(unittest.TestCase):
-    """Scores of examples/rigs/unseen.py on readings of which two are alike and two are not."""
+    """Scores of examples/rigs/unseen.py on four readings, of which two are alike."""
 
     def setUp(self):
         import numpy
@@ -113,23 +113,23 @@ class Unseen(unittest.TestCase):
         spec.loader.exec_module(self.unseen)
         a, b, c, noise = numpy.random.default_rng(1).normal(size=(4, 5000))
         self.training = [{"v": numpy.stack([a, a + .05 * noise, b, c], 1)}]
-        self.apart = {"v": numpy.stack([a, b, c, noise], 1)}  # the first two are alike no more
-        self.wide = {"v": self.training[0]["v"] * [1, 1, 3, 1]}  # the third moves further
+        self.apart = {"v": numpy.stack([a, b, c, noise], 1)}  # the first two are no longer alike
+        self.wide = {"v": self.training[0]["v"] * [1, 1, 3, 1]}  # the third moves over a larger range
 
     def share(self, score, run):
         limit = self.np.quantile(score(self.training[0]), 0.99)
         return (score(run) > limit).mean()
 
-    def test_least_variance_sees_readings_that_part_and_is_blind_to_wider_ones(self):
+    def test_least_variance_flags_readings_that_separate_but_not_wider_ones(self):
         score, cost = self.unseen.distance("v", self.training, 1)
         self.assertEqual(cost, 5)
         self.assertGreater(self.share(score, self.apart), 0.9)
-        self.assertAlmostEqual(self.share(score, self.wide), 0.01, delta=0.005)  # the control: false flags
+        self.assertAlmostEqual(self.share(score, self.wide), 0.01, delta=0.005)  # control: only false flags
 
-    def test_rows_see_the_faults_they_are_made_for(self):
+    def test_rows_flag_wider_readings_but_not_readings_that_separate(self):
         score, _ = self.unseen.distance("v", self.training, 1, over=self.wide["v"] * [1, 1, 1e3, 1])
         self.assertGreater(self.share(score, self.wide), 0.3)  # |normal| > 2.58 / 3: .39
-        self.assertLess(self.share(score, self.apart), 0.1)  # not .01: 5,000 samples correlate by chance
+        self.assertLess(self.share(score, self.apart), 0.1)  # above .01, because 5,000 samples correlate by chance
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# examples/simplefoc as its page has it: trained, exported for SimpleFOC, flown in a loop with a simulated motor. With Hall
-# sensors its speed is better than the best low-pass, and the page's table is about what comes of it.
+# Runs the example examples/simplefoc as its page describes: trains, exports for SimpleFOC and flies in a loop with a
+# simulated motor. With Hall sensors its speed must be better than that of the best low-pass, and the table of the page
+# must agree.
 #   simplefoc.sh NLO SOURCE_DIR
 set -euo pipefail
 nlo=$1 source=$2

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The motor of examples/simplefoc in a loop of SimpleFOC: 20 runs of 4 s under voltage steps, friction and load drawn
-// for each, an encoder of so many steps a turn. Prints the RMSE of the speed after .3 s [rad/s]: of the exported
-// sensor, and of what SimpleFOC does without it, the difference of angles behind a low-pass of its default and of the
-// best of five.
+// The motor of examples/simplefoc in a loop of SimpleFOC: 20 runs of 4 s under voltage steps; friction and load are
+// drawn for each run; the encoder has a given number of steps per turn. Prints the RMSE of the speed after .3 s [rad/s]
+// for the exported sensor and for SimpleFOC without it, which filters differences of angles by a low-pass with its
+// default time constant, and with the best of five.
 #include <stdio.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ unsigned long _micros() {
 }
 
 int main() {
-  constexpr double kFilters_s[] = {0.005, 0.0025, 0.01, 0.02, 0.04};  // the first is SimpleFOC's
+  constexpr double kFilters_s[] = {0.005, 0.0025, 0.01, 0.02, 0.04};  // the first is the default of SimpleFOC
   constexpr int kFilters = 5, kRuns = 20;
   constexpr unsigned long kLoop_us = 200, kEnd_us = 4000000, kSettled_us = 300000;
   for (const int steps : {42, 256, 2000, 4096}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer with a filter beside it: the exported observer and monitor of tests/golden/watched.h, which estimate a
-// wave from itself, and a filter whose estimates the test chooses.
+// An observer supervised by a filter: the exported observer and monitor of tests/golden/watched.h, which estimate a
+// wave from itself, and a filter whose estimates the test sets.
 #include "examples/supervisor/supervisor.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@ using Estimate = watched::Monitor::Estimate;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Says what it is told to say.
-struct Told {
+/// A filter that returns the estimates that the test sets.
+struct GivenFilter {
   float value = 10.0F;
   void step(const Output&) {}
   Estimate estimate() const { return {{value}}; }
@@ -29,18 +29,18 @@ struct Told {
 
 class SupervisorTest : public testing::Test {
  protected:
-  /// One sample of the wave that the observer knows, or of what comes in place of it.
+  /// Returns one sample of the wave for which the observer was made.
   float wave() { return 0.5F * std::sin(0.05F * static_cast<float>(k_++)); }
   float step(float y) { return supervisor_.step({{y}})[0]; }
 
-  /// Until the observer is in its domain and nothing is counted against it.
+  /// Steps until the observer is in its domain and no fault is counted.
   void settle() {
     for (int i = 0; i < 600; ++i) (void)step(wave());
     ASSERT_EQ(supervisor_.source(), Source::kObserver);
     ASSERT_EQ(supervisor_.alarm(), Alarm::kNone);
   }
 
-  /// Samples of `y` until the source is `wanted`; -1: never.
+  /// Returns how many samples of `y` pass until the source is `wanted`; -1: never.
   int samples_until(Source wanted, float y, std::vector<float>* estimates = nullptr) {
     for (int i = 0; i < 5000; ++i) {
       const float x_hat = step(std::isfinite(y) || std::isnan(y) ? y : wave());
@@ -55,12 +55,12 @@ class SupervisorTest : public testing::Test {
   SupervisorConfig config_{.patience = 3, .probation = 40, .fade = 0.9};
   watched::Observer observer_{watched::kModel};
   watched::Monitor monitor_{watched::kMonitor};
-  Told filter_;
-  Supervisor<watched::Observer, watched::Monitor, Told> supervisor_{observer_, monitor_, filter_, config_};
+  GivenFilter filter_;
+  Supervisor<watched::Observer, watched::Monitor, GivenFilter> supervisor_{observer_, monitor_, filter_, config_};
   int k_ = 0;
 };
 
-TEST_F(SupervisorTest, WhileNothingSpeaksAgainstItTheObserversEstimateIsUsedBitForBit) {
+TEST_F(SupervisorTest, UsesTheObserversEstimateBitForBitWithoutAFault) {
   watched::Observer alone{watched::kModel};
   for (int i = 0; i < 300; ++i) {
     const float y = wave();
@@ -69,13 +69,13 @@ TEST_F(SupervisorTest, WhileNothingSpeaksAgainstItTheObserversEstimateIsUsedBitF
   }
 }
 
-TEST_F(SupervisorTest, ASensorThatDiesHandsOverAndTheObserverReturnsAfterItsProbation) {
+TEST_F(SupervisorTest, ADeadSensorHandsOverToTheFilterAndTheObserverReturnsAfterItsProbation) {
   settle();
   ASSERT_GT(samples_until(Source::kFilter, kNan), 0);
   EXPECT_GE(samples_until(Source::kObserver, kWave), config_.probation);
 }
 
-TEST_F(SupervisorTest, AHandOverDoesNotJumpAndItsOffsetFadesGeometrically) {
+TEST_F(SupervisorTest, TheEstimateDoesNotJumpAtAHandOverAndItsOffsetFadesGeometrically) {
   settle();
   float before = step(wave());
   ASSERT_GT(samples_until(Source::kFilter, kNan), 0);
@@ -89,10 +89,10 @@ TEST_F(SupervisorTest, AHandOverDoesNotJumpAndItsOffsetFadesGeometrically) {
   }
 }
 
-// The control: without fading the estimate jumps by the whole difference, one sample later.
-TEST_F(SupervisorTest, WithoutFadingTheOffsetIsGoneAfterOneSample) {
+// Control: without fading, the estimate jumps by the whole difference, one sample later.
+TEST_F(SupervisorTest, WithoutFadingTheEstimateJumpsAfterOneSample) {
   config_.fade = 0.0;
-  Supervisor<watched::Observer, watched::Monitor, Told> abrupt{observer_, monitor_, filter_, config_};
+  Supervisor<watched::Observer, watched::Monitor, GivenFilter> abrupt{observer_, monitor_, filter_, config_};
   for (int i = 0; i < 600; ++i) (void)abrupt.step({{wave()}});
   float last = 0.0F, jump = 0.0F;
   for (int i = 0; i < 5000 && jump < 1.0F; ++i) {
@@ -110,12 +110,13 @@ TEST_F(SupervisorTest, AnyInputGivesTheLoopAFiniteEstimateWithoutAJumpBeyondTheO
   for (int i = 0; i < 3000; ++i) {
     const float now = step(hostile[(i / 7) % 7]);
     ASSERT_TRUE(std::isfinite(now)) << i;
-    ASSERT_LT(std::abs(now - last), 4.0F) << i;  // a tenth of an offset of 13, and the observer's own clamped motion
+    ASSERT_LT(std::abs(now - last), 4.0F)
+        << i;  // a tenth of an offset of 13, plus the motion of the observer on clamped readings
     last = now;
   }
 }
 
-TEST_F(SupervisorTest, AFilterThatIsNotFiniteIsNotUsedWhileTheObserverIs) {
+TEST_F(SupervisorTest, ANonFiniteFilterIsNotUsedIfTheObserverIsFinite) {
   settle();
   filter_.value = kNan;
   for (int i = 0; i < 200; ++i) ASSERT_TRUE(std::isfinite(step(i % 3 == 0 ? 2.9F : wave()))) << i;

@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-TEST(ConfigErrors, UnknownNames) {
+TEST(ConfigErrors, ListKnownNamesForUnknownOnes) {
   expect_rows(
       kPlantExperiment,
       {
@@ -24,11 +24,11 @@ TEST(ConfigErrors, UnknownNames) {
           {"\"first_order\"", "\"firstorder\"", "e.toml:16", "use \"first_order\"? There are \"zero_order\""},
           {"\"van_der_pol\"", "\"vanderpol\"", "e.toml:4", "did you mean \"van_der_pol\"?"},
           {"mu = 1.5", "nu = 1.5", "e.toml:5", "has no parameter \"nu\"; did you mean \"mu\"?"},
-          {"gaussian:0.5", "gausian:0.5", "e.toml:20", "noise \"gausian:0.5\" is of no known kind; write none"},
+          {"gaussian:0.5", "gausian:0.5", "e.toml:20", "noise \"gausian:0.5\" is of an unknown kind; write none"},
       });
 }
 
-TEST(ConfigErrors, Types) {
+TEST(ConfigErrors, NameTheExpectedType) {
   expect_rows(
       kPlantExperiment,
       {
@@ -46,13 +46,13 @@ TEST(ConfigErrors, Types) {
       });
 }
 
-TEST(ConfigErrors, Ranges) {
+TEST(ConfigErrors, NameTheAllowedRange) {
   expect_rows(
       kPlantExperiment,
       {
           {"trajectories = 4", "trajectories = 0", "e.toml:9", "trajectories is 0; it must be an integer from 1"},
           {"steps = 10", "learning_rate = 0", "e.toml:19", "learning_rate is 0; it must be a finite number > 0"},
-          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 ships the start of the training"},
+          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 exports the untrained network"},
           {"steps = 10", "learning_rate = nan", "e.toml:19", "learning_rate is nan"},
           {"steps = 10", "learning_rate = 1e999", "e.toml:19", "learning_rate"},
           {"steps = 10", "steps = 99999999999999999999", "e.toml:19", "too many digits"},
@@ -80,8 +80,8 @@ TEST(ConfigErrors, Ranges) {
       });
 }
 
-TEST(ConfigErrors, Transient) {
-  // Eigenvalues -1, -2 and a pair of real part -0.5: with k = 5 the transient lasts 10 s, all of the horizon.
+TEST(ConfigErrors, NameTransientsThatDoNotFit) {
+  // Eigenvalues -1, -2 and a pair with real part -0.5: with k = 5 the transient lasts 10 s, which is the whole horizon.
   expect_rows(
       kPlantExperiment,
       {
@@ -92,7 +92,7 @@ TEST(ConfigErrors, Transient) {
            "the transient lasts 2e+06 s"},
           {"steps = 10", "transient = \"backward\"\nsegment_s = 2.0", "e.toml:20", "set segment_s = 0"},
           {"steps = 10", "transient = \"backward\"\nearly_s = 2.0\nearly_share = 0.3", "e.toml:21",
-           "early_share takes samples"},
+           "early_share draws samples"},
       });
   const std::string luenberger =
       with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\nhold = \"first_order\"",
@@ -106,14 +106,14 @@ TEST(ConfigErrors, Transient) {
   EXPECT_EQ(error_of(with(kLogExperiment, "[observer]", "[training]\ntransient = \"drop\"\n[observer]")), "no error");
 }
 
-TEST(ConfigErrors, Evaluation) {
+TEST(ConfigErrors, NameWrongWindowsOfTheEvaluation) {
   const auto windows = [](const std::string& list) { return "steps = 10\n[evaluation]\nwindows = " + list + "\n#"; };
   const std::string at = "e.toml:21";
   expect_rows(
       with(kPlantExperiment, "noise = \"gaussian:0.5\"\n", ""),
       {
-          {"steps = 10", windows("[{ name = \"all\" }]"), at, "window \"all\" is the whole run"},
-          {"steps = 10", windows("[{ name = \"a\" }, { name = \"a\", to_s = 2 }]"), at, "\"a\" stands there twice"},
+          {"steps = 10", windows("[{ name = \"all\" }]"), at, "window \"all\" is the name of the whole run"},
+          {"steps = 10", windows("[{ name = \"a\" }, { name = \"a\", to_s = 2 }]"), at, "\"a\" is listed twice"},
           {"steps = 10", windows("[{ name = \"a\", from_s = 2, to_s = 2 }]"), at, "from_s must be the smaller one"},
           {"steps = 10", windows("[{ name = \"a\", from_s = -1 }]"), at,
            "from_s is -1; it must be a finite number >= 0"},
@@ -124,7 +124,7 @@ TEST(ConfigErrors, Evaluation) {
       });
 }
 
-TEST(ConfigErrors, Structures) {
+TEST(ConfigErrors, NameKeysThatDoNotFitTheStructure) {
   const std::string known = "structure = \"luenberger\"\nstate_matrix = [[0, 1], [-1, 0]]\noutput_matrix = [[1, 0]]\n";
   std::string luenberger = kPlantExperiment;
   luenberger = with(luenberger, "eigenvalues = [-1.0, -2.0]\n", known + "gain = [[2.0], [1.0]]\n");
@@ -150,12 +150,12 @@ TEST(ConfigErrors, Structures) {
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nclocks_s = [1.0]", "e.toml:18",
                    "the general observer has none"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nfeatures = \"latent_and_output\"",
-                   "e.toml:18", "reads z alone"},
+                   "e.toml:18", "reads only z"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"driven_kkl\"", "e.toml:17", "no loss trains it"},
               });
 }
 
-TEST(ConfigErrors, Losses) {
+TEST(ConfigErrors, NameLossesThatDoNotFit) {
   const auto loss = [](const std::string& keys) { return "[loss]\n" + keys + "\n[training]"; };
   expect_rows(kPlantExperiment,
               {
@@ -172,7 +172,7 @@ TEST(ConfigErrors, Losses) {
               });
 }
 
-TEST(ConfigErrors, UnstableStep) {
+TEST(ConfigErrors, RefuseAnUnstableStep) {
   const std::string rk4 = with(kPlantExperiment, "\"first_order\"", "\"rk4\"");
   EXPECT_EQ(error_of(rk4), "no error");
   EXPECT_EQ(error_of(with(rk4, "-2.0]", "-139.0]")), "no error");  // |lambda| h = 2.78 at 0.02 s
@@ -185,7 +185,7 @@ TEST(ConfigErrors, UnstableStep) {
   EXPECT_EQ(error_of(with(kPlantExperiment, "-2.0]", "-145.0]")), "no error");  // the exact holds are always stable
 }
 
-TEST(ConfigErrors, Sources) {
+TEST(ConfigErrors, NameMissingOrUnusedSections) {
   EXPECT_THAT(error_of("name = \"x\"\n[observer]\neigenvalues = [-1]"), HasSubstr("neither [plant] nor [log]"));
   EXPECT_THAT(error_of(kLogExperiment + "[plant]\nmodel = \"van_der_pol\""),
               HasSubstr("[simulation] initial_low is missing"));
@@ -197,7 +197,7 @@ TEST(ConfigErrors, Sources) {
               HasSubstr("must be a section: [training]"));
 }
 
-TEST(ConfigErrors, Expressions) {
+TEST(ConfigErrors, NameBrokenExpressions) {
   const std::string text = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
                                 "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a\"]\noutputs = [\"a\"]");
   EXPECT_EQ(error_of(text), "no error");
@@ -217,7 +217,7 @@ TEST(ConfigErrors, Expressions) {
                     });
 }
 
-TEST(ConfigErrors, Columns) {
+TEST(ConfigErrors, NameWrongColumns) {
   expect_rows(kLogExperiment,
               {
                   {"role = \"output\"", "role = \"outptu\"", "e.toml:12", "use \"output\"? There are \"time\""},
@@ -225,7 +225,7 @@ TEST(ConfigErrors, Columns) {
                   {"wrap = \"2pi\"", "wrap = \"pi\"", "e.toml:14", "\"2pi\" or \"360deg\""},
                   {"wrap = \"2pi\"", "wrap = -1", "e.toml:14", "wrap is -1"},
                   {"role = \"state\"", "role = \"input\"", "e.toml:16", "derivative_of"},
-                  {"name = \"rate\"", "name = \"angle\"", "e.toml:16", "the name is taken"},
+                  {"name = \"rate\"", "name = \"angle\"", "e.toml:16", "the name is used twice"},
                   {"name = \"rate\"\n", "", "e.toml:16", "has no name"},
                   {"train_files = [\"a.csv\"]", "", "e.toml:3", "has no train_files"},
                   {"\"latent_minus_output\"", "\"latent\"", "e.toml:25", "the output angle is an unwrapped angle"},
@@ -237,7 +237,7 @@ TEST(ConfigErrors, Columns) {
             "no error");
 }
 
-TEST(ConfigErrors, AMirrorOfAPlantThatIsNotOdd) {
+TEST(ConfigErrors, RefuseAMirrorOfAPlantThatIsNotOdd) {
   const std::string plant = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
                                  "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a + a^2\"]\noutputs = [\"a\"]");
   expect_rows(plant, {{"steps = 10", "mirror = true", "e.toml:20", "mirror = true: the plant is not odd: at x = ("}});

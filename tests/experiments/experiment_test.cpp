@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any text as an experiment gives an error or an experiment, and never a crash or an endless loop.
+// Any text gives an error or an experiment, never a crash or an endless loop.
 #include "trainer/config/experiment.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ TEST(Config, ReadsItsOwnText) {
   EXPECT_EQ(e.training.noise, (NoiseConfig{NoiseKind::kGaussian, 0.5}));
 }
 
-TEST(Config, LeavesTheDefaultsOfTheStruct) {
+TEST(Config, KeepsTheDefaultsOfKeysThatAreNotGiven) {
   const Experiment e = parse_experiment(kPlantExperiment, "e.toml");
   EXPECT_EQ(e.seed, Experiment{}.seed);
   EXPECT_EQ(e.inverse_map.hidden, InverseMapConfig{}.hidden);
@@ -70,11 +70,11 @@ TEST(Config, ItsTextReadsBackToTheSameExperiment) {
   }
 }
 
-TEST(Config, ItsTextHasEveryKeyThatDecidesTheRun) {
+TEST(Config, ItsTextHasEveryKeyThatAffectsTheResult) {
   Experiment e = parse_experiment(kPlantExperiment, "e.toml");
   const std::string before = e.source_text;
   e.threads = 7;
-  EXPECT_EQ(format_experiment(e), before);  // decides nothing
+  EXPECT_EQ(format_experiment(e), before);  // these keys do not affect the result
   e.training.ema = 0.5;
   EXPECT_NE(format_experiment(e), before);
 }
@@ -102,7 +102,7 @@ TEST(Config, WindowsOfTheEvaluationReadBackAndAreLeftOutWhenDerived) {
   EXPECT_EQ(parse_experiment(kPlantExperiment, "f").source_text.find("[evaluation]"), std::string::npos);
 }
 
-TEST(Config, CellsThatStandForNoValueAreNumbersAndWordsAndReadBack) {
+TEST(Config, MissingCellsAreNumbersOrWordsAndReadBack) {
   const std::string cells = "missing = [-9999, \"ERR\", 3.4e38, \"-0.50\", \"1.7976931348623157e+308\"]\n";
   const Experiment read = parse_experiment(with(kLogExperiment, "wrap = \"2pi\"", cells + "wrap = \"2pi\""), "e.toml");
   EXPECT_THAT(read.log->columns[1].missing, ElementsAre("-9999", "ERR", "3.4e+38", "-0.50", "1.7976931348623157e+308"));
@@ -132,11 +132,11 @@ TEST(Override, ReplacesAValue) {
   EXPECT_EQ(overridden("training.noise=\"uniform:3\"").training.noise.of(0).kind, NoiseKind::kUniform);
 }
 
-TEST(Override, MakesASectionThatTheFileLeftOut) {
+TEST(Override, AddsASectionThatTheFileLeavesOut) {
   EXPECT_THAT(overridden("inverse_map.hidden=[8]").inverse_map.hidden, ElementsAre(8));
 }
 
-TEST(Override, TakesABareWordAsText) {
+TEST(Override, ReadsABareWordAsText) {
   EXPECT_EQ(overridden("training.mode=full_batch").training.mode, TrainingMode::kFullBatch);
   EXPECT_EQ(overridden("training.noise=uniform:3").training.noise.of(0).scale, 3.0);
   EXPECT_FALSE(overridden("observer.learn_eigenvalues=false").observer.learn_eigenvalues);
@@ -151,7 +151,7 @@ TEST(Override, IsPartOfTheRecordedText) {
   EXPECT_EQ(parse_experiment(e.source_text, "s").training.steps, 25);
 }
 
-TEST(Override, ErrorsNameIt) {
+TEST(Override, ErrorsNameTheOverride) {
   const auto error = [](const std::string& assignment) { return error_of(kPlantExperiment, {assignment}); };
   EXPECT_THAT(error("training.stepz=3"),
               StartsWith("--set training.stepz=3: unknown key \"stepz\" in [training]; did you mean \"steps\"?"));
@@ -184,7 +184,7 @@ TEST(BrokenToml, NamesTheLineAndHowToWriteIt) {
   EXPECT_THAT(error_of("seed = = 3\n"), AllOf(StartsWith("e.toml:1: "), EndsWith(": seed = = 3")));
 }
 
-TEST(BrokenToml, AModelIsNotTakenForAnExperiment) {
+TEST(BrokenToml, AModelFileIsRecognisedAndRefused) {
   EXPECT_THAT(error_of("\n{\n  \"format\": 3\n}\n"), HasSubstr("this is JSON, such as a model.json"));
 }
 
@@ -205,7 +205,7 @@ TEST(HostileToml, BracketsInStringsAndCommentsDoNotCount) {
   EXPECT_THAT(error_of("x = '" + brackets + "\ny = " + brackets), HasSubstr("nested more than"));
 }
 
-TEST(HostileToml, TooBigNotTextOrBroken) {
+TEST(HostileToml, RefusesTextThatIsTooLargeNotUtf8OrMalformed) {
   EXPECT_THAT(error_of(std::string(2'000'000, '#')), HasSubstr("too big"));
   EXPECT_THAT(error_of("name = \"x\"\ny = \"\xff\""), HasSubstr("e.toml:2: byte 0xFF is not text"));
   EXPECT_THAT(error_of(std::string("a\0b", 3)), HasSubstr("byte 0x00"));
@@ -216,7 +216,7 @@ TEST(HostileToml, TooBigNotTextOrBroken) {
   EXPECT_THAT(error_of("a = 'x"), HasSubstr("e.toml:1: "));
 }
 
-TEST(HostileToml, ManyKeysAreRefusedBeforeTheyCostTime) {
+TEST(HostileToml, RefusesTooManyKeysQuickly) {
   std::string text;
   for (int i = 0; i < 60000; ++i) text.append("a").append(std::to_string(i)).append(" = 1\n");
   EXPECT_THAT(error_of(text), HasSubstr("has 60000 keys"));
@@ -244,7 +244,7 @@ TEST(HostileToml, SurvivesRandomEdits) {
     }
     accepted += error_of(text) == "no error";
   }
-  EXPECT_GT(accepted, 0);  // control: else every edit met the same early error
+  EXPECT_GT(accepted, 0);  // control: not every edit ends at the same early error
 }
 
 }  // namespace

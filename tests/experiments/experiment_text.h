@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A small valid experiment to change in one place, and the error of its reader.
+// A small valid experiment to change in one place, and the error message of its reader.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -63,7 +63,8 @@ start = "steady"
 features = "latent_minus_output"
 )";
 
-/// `text` with its one occurrence of `old` replaced; a test that replaces nothing would test nothing.
+/// Returns `text` with the only occurrence of `old` replaced. Throws if `old` is missing: the test would then test
+/// nothing.
 inline std::string with(std::string text, const std::string& old, const std::string& replacement) {
   const auto at = text.find(old);
   EXPECT_NE(at, std::string::npos) << old;
@@ -75,7 +76,7 @@ inline std::string error_of(const std::string& text, const std::vector<std::stri
   return thrown_message([&] { parse_experiment(text, "e.toml", overrides); });
 }
 
-/// The broken text, its place, and the beginning and a part of the message.
+/// A broken text, its place, and the beginning and a part of the message.
 struct Row {
   std::string old, replacement, place, message;
 };

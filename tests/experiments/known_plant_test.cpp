@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A pendulum whose logs name its channels in another order than its equations do.
+/// A pendulum whose logs list its channels in another order than its equations.
 std::string both() {
   return kLogExperiment + R"toml(
 [plant]
@@ -38,7 +38,7 @@ share = 0.25
 )toml";
 }
 
-/// Logs for that experiment: three runs that stand still.
+/// Logs for that experiment: three runs at rest.
 Dataset logs_at_rest() {
   Dataset logs;
   logs.outputs = {{"angle", "rad", 2.0 * M_PI}};
@@ -55,7 +55,7 @@ Dataset logs_at_rest() {
   return logs;
 }
 
-TEST(KnownPlant, ItsRunsHaveTheChannelsThePeriodAndTheSensorsOfTheLogs) {
+TEST(KnownPlant, SimulatedRunsHaveTheChannelsThePeriodAndTheNoiseOfTheLogs) {
   const Experiment experiment = parse_experiment(both(), "e.toml");
   Dataset all = logs_at_rest();
   add_simulated_runs(experiment, all);
@@ -66,16 +66,16 @@ TEST(KnownPlant, ItsRunsHaveTheChannelsThePeriodAndTheSensorsOfTheLogs) {
     ASSERT_EQ(run.outputs.rows(), 1);
     ASSERT_EQ(run.states.rows(), 1);
     EXPECT_NEAR(run.time_s(1) - run.time_s(0), 0.01, 1e-12);
-    // The rate is the derivative of the angle: central differences of what is quantised to .01 are within .01 / .1.
+    // The rate is the derivative of the angle. Central differences of an angle quantised to .01 err by .01 / .1.
     for (Eigen::Index k = 5; k + 5 < run.samples(); k += 5) {
       const double slope = (run.outputs(0, k + 5) - run.outputs(0, k - 5)) / 0.1;
-      EXPECT_NEAR(run.states(0, k), slope, 0.12) << "and .02 of the curve";
+      EXPECT_NEAR(run.states(0, k), slope, 0.12) << "tolerance: quantisation .1 and curvature .02";
       EXPECT_NEAR(std::remainder(run.outputs(0, k), 0.01), 0.0, 1e-9);
     }
   }
 }
 
-TEST(KnownPlant, TakesItsShareOfAStepsSegmentsAndLogsTheRest) {
+TEST(KnownPlant, SimulatedRunsGiveTheirShareOfTheSegmentsOfAStep) {
   const auto simulated = [](const Experiment& experiment, const Dataset& dataset) {
     const TrainingData data(dataset);
     int count = 0;
@@ -91,7 +91,7 @@ TEST(KnownPlant, TakesItsShareOfAStepsSegmentsAndLogsTheRest) {
   EXPECT_NEAR(simulated(experiment, all), 1000, 5.0 * std::sqrt(4000 * 0.25 * 0.75)) << "five binomial deviations";
   all.simulated_share = 0.0;
   EXPECT_NEAR(simulated(experiment, all), 4000 * 606.0 / 1506.0, 5.0 * std::sqrt(4000 * 0.4 * 0.6))
-      << "control: without a share runs weigh by their length";
+      << "control: without a share, runs are drawn by their length";
 }
 
 TEST(KnownPlant, TextReadsBackToTheSameExperiment) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The channels whose sign [training] mirror changes.
+// Tests which channels change their sign under [training] mirror.
 #include "trainer/experiments/mirrored_channels.h"
 
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ TEST(Mirror, ChangesAllChannelsOfAPlantExceptThoseDeclaredEven) {
 }
 
 /// A computed output changes its sign if it is odd in what it is computed from.
-TEST(Mirror, OfLogsChangesOddColumnsAndOddComputedOutputs) {
+TEST(Mirror, ChangesOddColumnsAndOddComputedOutputsOfLogs) {
   const Experiment experiment = parse_experiment(R"toml(name = "e"
 [log]
 sample_period_s = 0.01

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-/// A pendulum that turns over, its angle measured.
+/// A pendulum that can turn over and whose angle is measured.
 const std::string kPendulum = R"toml(name = "pendulum"
 
 [plant]
@@ -39,7 +39,7 @@ start = "steady"
 features = "latent_minus_output"
 )toml";
 
-TEST(PlantErrors, AnglesOfPlants) {
+TEST(PlantErrors, NameWrongAngles) {
   ASSERT_EQ(error_of(kPendulum), "no error");
   const Experiment once = parse_experiment(kPendulum, "e.toml");
   EXPECT_EQ(once.plant->state_wraps, (std::vector<double>{6.283185307179586, 0.0}));
@@ -65,7 +65,7 @@ TEST(PlantErrors, AnglesOfPlants) {
   EXPECT_EQ(error_of(sincos), "no error");
   EXPECT_EQ(error_of(with(sincos, "[observer]", "[loss]\nmap_consistency = 1\n[observer]")), "no error");
   const std::string mirrored = with(sincos, "[observer]", "[training]\nmirror = true\n[observer]");
-  EXPECT_EQ(error_of(mirrored), "no error") << "the sine turns, the cosine stays";
+  EXPECT_EQ(error_of(mirrored), "no error") << "the sine changes its sign, the cosine does not";
   expect_rows(mirrored, {{"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"thet\"]", "e.toml:7",
                           "not a state, output or input; did you mean \"theta\"?"},
                          {"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"theta\"]", "e.toml:18",
@@ -76,7 +76,7 @@ TEST(PlantErrors, AnglesOfPlants) {
               {{"eigenvalues", "structure = \"driven_kkl\"\neigenvalues", "e.toml:3", "the plant's own states"}});
 }
 
-TEST(PlantErrors, InitialStates) {
+TEST(PlantErrors, NameWrongInitialStates) {
   const std::string corners = "initial_low = [-1, -1]\ninitial_high = [1, 1]";
   const auto with_start = [&](const std::string& start) { return with(kPlantExperiment, corners, start); };
   for (const char* start :
@@ -102,7 +102,7 @@ TEST(PlantErrors, InitialStates) {
               });
 }
 
-TEST(PlantErrors, NoisePerOutput) {
+TEST(PlantErrors, NameWrongNoisesOfOutputs) {
   const std::string two = with(with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
                                     "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a\"]\noutputs = [\"a\", \"b\"]"),
                                "\"gaussian:0.5\"", "[\"gaussian:0.5\", \"none\"]");
@@ -111,7 +111,7 @@ TEST(PlantErrors, NoisePerOutput) {
   EXPECT_EQ(parse_experiment(once.source_text, "source_text").training.noise, once.training.noise);
   expect_rows(kPlantExperiment,
               {
-                  {"\"gaussian:0.5\"", "[\"gaussian:0.5\", \"none\"]", "e.toml:20", "is of 2 outputs, but there is 1"},
+                  {"\"gaussian:0.5\"", "[\"gaussian:0.5\", \"none\"]", "e.toml:20", "is for 2 outputs, but there is 1"},
                   {"\"gaussian:0.5\"", "[\"gaussian:0.5\", \"nothing\"]", "e.toml:20", "noise[1]: noise \"nothing\""},
                   {"\"gaussian:0.5\"", "[[\"gaussian:0.5\"]]", "e.toml:20", "it must be the noise of one output"},
                   {"\"gaussian:0.5\"", "[\"none,none\"]", "e.toml:20", "it must be the noise of one output"},
@@ -119,7 +119,7 @@ TEST(PlantErrors, NoisePerOutput) {
               });
 }
 
-/// A function: a constant made of another's text could be made before it.
+/// A function, because a constant that depends on another file's constant might be initialised before it.
 std::string excited() {
   return kPlantExperiment + R"([excitation]
 kinds = ["steps", "zero", "multisine"]
@@ -131,7 +131,7 @@ longest_s = 4
 )";
 }
 
-TEST(Excitation, ReadsBackFromItsTextAndIsNotWrittenWhenNotGiven) {
+TEST(Excitation, ReadsBackFromItsTextAndIsOnlyWrittenIfGiven) {
   const Experiment once = parse_experiment(excited(), "e.toml");
   ASSERT_TRUE(once.excitation);
   EXPECT_THAT(once.excitation->kinds, ElementsAre(InputSignal::kSteps, InputSignal::kZero, InputSignal::kMultisine));
@@ -144,10 +144,10 @@ TEST(Excitation, ReadsBackFromItsTextAndIsNotWrittenWhenNotGiven) {
   EXPECT_THAT(without, HasSubstr("parameters = { mu = 1.5 }"));
 }
 
-TEST(Excitation, NeedsRangesAlone) {
+TEST(Excitation, NeedsOnlyTheRanges) {
   const Experiment e = parse_experiment(kPlantExperiment, "e.toml", {"excitation.low=[-1]", "excitation.high=[2]"});
   ASSERT_TRUE(e.excitation);
-  EXPECT_EQ(e.excitation->kinds.size(), 8u) << "all but zero";
+  EXPECT_EQ(e.excitation->kinds.size(), 8u) << "all kinds except zero";
   EXPECT_EQ(parse_experiment(e.source_text, "again").source_text, e.source_text);
 }
 
@@ -163,9 +163,9 @@ TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
           {"high = [1]\n", "", "e.toml:21", "[excitation] has no high"},
           {"high = [1]", "high = [-2]", "e.toml:24", "high[0] is -2; it must not be below low[0], -1"},
           {"low = [-1]", "low = [0.5]", "e.toml:22", "has \"zero\", but the range of u, 0.5 .. 1, has no 0"},
-          {"[0.1, 0.5]", "[0.1]", "e.toml:25", "amplitude has 1 numbers; give [least, most]"},
+          {"[0.1, 0.5]", "[0.1]", "e.toml:25", "amplitude has 1 numbers; give [smallest, largest]"},
           {"[0.1, 0.5]", "[0.5, 0.1]", "e.toml:25", "amplitude is [0.5, 0.1]"},
-          {"[0.1, 0.5]", "[0.5, 1.5]", "e.toml:25", "amplitude[1] is 1.5; about the middle of the range of u"},
+          {"[0.1, 0.5]", "[0.5, 1.5]", "e.toml:25", "amplitude[1] is 1.5; the range of u allows at most 1"},
           {"[0.1, 0.5]", "[-0.5, 0.5]", "e.toml:25", "amplitude[0] is -0.5"},
           {"shortest_s = 0.5", "shortest_s = 5", "e.toml:27", "longest_s is 4; it must not be below shortest_s, 5"},
           {"shortest_s = 0.5", "shortest_s = 0.001", "e.toml:26", "it must be at least sample_period_s, 0.02"},
@@ -183,7 +183,7 @@ TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
               HasSubstr("[excitation] is not used with [log] alone"));
 }
 
-TEST(ExcitationErrors, ProcessNoiseHasANumberForEachState) {
+TEST(ExcitationErrors, AskForANumberOfProcessNoiseForEachState) {
   const auto with_noise = [](const std::string& noise) {
     return with(kPlantExperiment, "trajectories = 4", "trajectories = 4\nprocess_noise = " + noise);
   };
@@ -196,7 +196,7 @@ TEST(ExcitationErrors, ProcessNoiseHasANumberForEachState) {
   EXPECT_THAT(parse_experiment(once.source_text, "again").simulation.process_noise, ElementsAre(0.0, 0.1));
 }
 
-TEST(ExcitationErrors, ParametersWithARange) {
+TEST(ExcitationErrors, NameWrongRangesOfParameters) {
   const auto with_range = [](const std::string& mu) { return with(kPlantExperiment, "mu = 1.5", "mu = " + mu); };
   const Experiment once = parse_experiment(with_range("[0.7, 1.3]"), "e.toml");
   EXPECT_DOUBLE_EQ(once.plant->parameters[0].second, 1.0);
@@ -212,7 +212,7 @@ TEST(ExcitationErrors, ParametersWithARange) {
               HasSubstr("and there is [plant] parameters with a range"));
 }
 
-TEST(ExcitationErrors, AnInputThatActsNowhere) {
+TEST(ExcitationErrors, NameAnInputWithoutEffect) {
   const std::string text = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
                                 "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a + sin(u)\"]\noutputs = [\"a\"]\n"
                                 "inputs = [\"u\"]");
@@ -228,7 +228,7 @@ TEST(ExcitationErrors, AnInputThatActsNowhere) {
                     });
 }
 
-/// A function: a constant made of another's text could be made before it.
+/// A function, because a constant that depends on another file's constant might be initialised before it.
 std::string closed() {
   return kPlantExperiment + R"([feedback]
 law = ["-x1 - mu*x2 + r_u"]
@@ -239,7 +239,7 @@ rounds = 2
 )";
 }
 
-TEST(Feedback, ReadsBackFromItsTextAndIsNotWrittenWhenNotGiven) {
+TEST(Feedback, ReadsBackFromItsTextAndIsOnlyWrittenIfGiven) {
   const Experiment once = parse_experiment(closed(), "e.toml");
   ASSERT_TRUE(once.feedback);
   EXPECT_THAT(once.feedback->error, ElementsAre(0.1, 0.2));

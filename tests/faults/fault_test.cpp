@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The program under inject.c: killed, refused or out of memory at one call after the other. Whatever the call, each
-// file is the old one or the new one, what went wrong is said, and the same command ends well the next time and leaves
-// nothing behind. By default some of the calls are tried, with NLO_SLOW_TESTS (./test.sh --full) every one, and of
-// allocations fifty times as many.
+// Runs the program under inject.c, which kills it, refuses a call or an allocation, at one call after the other.
+// Whichever call fails, each file is the old one or the new one, the error is reported, and the same command then
+// succeeds and removes the remains. By default some of the calls are tried. With NLO_SLOW_TESTS (./test.sh --full)
+// every call is tried, and fifty times as many allocations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 #define NLO_SANITIZED
 #endif
 #endif
-#if !defined(NLO_SANITIZED) && !defined(__SANITIZE_ADDRESS__)  // which wants to be the first library itself
+#if !defined(NLO_SANITIZED) && !defined(__SANITIZE_ADDRESS__)  // the sanitizer must be the first library itself
 
 namespace nlo::trainer {
 namespace {
@@ -28,20 +28,20 @@ using testing::HasSubstr;
 using testing::StartsWith;
 #ifdef NLO_EVERY_FAULT
 constexpr bool kEveryCall = true;
-constexpr long kTimesAsManyAllocations = 50;  // there are a million, which would take days
+constexpr long kTimesAsManyAllocations = 50;  // all of the million allocations would take days
 #else
 constexpr bool kEveryCall = false;
 constexpr long kTimesAsManyAllocations = 1;
 #endif
 
-/// A command that replaces what it made before with something else.
+/// A command that replaces its earlier results by different ones.
 struct Case {
   const char* name;
-  std::vector<Words> before;  ///< makes the old files
+  std::vector<Words> before;  ///< commands that make the old files
   Words command;
   long calls_tried, allocations_tried;
-  bool repeats = true;  ///< gives the same each time; a search in a given time does not
-  bool quick = true;    ///< quick enough for every call to be tried
+  bool repeats = true;  ///< whether it gives the same result each time; a search with a time limit does not
+  bool quick = true;    ///< whether it is quick enough to try every call
 };
 
 void PrintTo(const Case& row, std::ostream* out) {
@@ -80,7 +80,7 @@ class Fault : public testing::TestWithParam<Case> {
       if (name.back() != '/') scratch_.write(name, bytes);
   }
 
-  /// Each file is whole: as before or as after.
+  /// Expects that each file is complete: the old one or the new one.
   void expect_old_or_new(const std::string& fault) {
     const Files now = comparable(scratch_.contents());
     for (const auto& [name, bytes] : now) {
@@ -99,7 +99,7 @@ class Fault : public testing::TestWithParam<Case> {
     const ProgramResult again = scratch_.run(GetParam().command);
     EXPECT_EQ(again.exit_code, 0) << fault << ": " << again.err;
     expect_new(fault);
-    EXPECT_FALSE(leaves_temporaries()) << fault << ": the next run leaves what the one before has left";
+    EXPECT_FALSE(leaves_temporaries()) << fault << ": the next run does not remove the temporaries of the killed run";
     restore();
   }
 
@@ -119,7 +119,7 @@ class Fault : public testing::TestWithParam<Case> {
   Counts counts_;
 };
 
-TEST_P(Fault, AKillBeforeAnyCallLeavesOldOrNewAndTheNextRunDoesTheRest) {
+TEST_P(Fault, AKillBeforeAnyCallLeavesOldOrNewFilesAndTheNextRunCompletes) {
   for (const long n : calls()) {
     const std::string fault = "kill:" + std::to_string(n);
     EXPECT_EQ(run_with(scratch_, GetParam().command, fault).exit_code, -1) << fault << ": was not killed";
@@ -128,7 +128,7 @@ TEST_P(Fault, AKillBeforeAnyCallLeavesOldOrNewAndTheNextRunDoesTheRest) {
   }
 }
 
-TEST_P(Fault, ACallThatFailsIsSaidAndLeavesOldOrNew) {
+TEST_P(Fault, AFailedCallIsReportedAndLeavesOldOrNewFiles) {
   const int reasons[] = {EIO, ENOSPC, EACCES};
   for (const long n : calls()) {
     const std::string fault = "call:" + std::to_string(n) + ":" + std::to_string(reasons[n % 3]);
@@ -147,7 +147,7 @@ TEST_P(Fault, ACallThatFailsIsSaidAndLeavesOldOrNew) {
   }
 }
 
-TEST_P(Fault, AnAllocationThatFailsEndsTheProgramWithAWordAndLeavesOldOrNew) {
+TEST_P(Fault, AFailedAllocationIsReportedAndLeavesOldOrNewFiles) {
   for (const bool and_all_after : {false, true})
     for (const long n : allocations()) {
       const std::string fault = "alloc:" + std::to_string(n) + (and_all_after ? "+" : "");
@@ -213,8 +213,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"SweepCollect", {kSweep}, {"sweep", "collect", "plan.toml"}, 1, 1}),
     [](const testing::TestParamInfo<Case>& row) { return row.param.name; });
 
-/// If the system cannot exchange names, a folder is replaced in two steps.
-TEST(FaultyFileSystem, AFolderIsReplacedWithoutExchangeOfNamesToo) {
+/// If the system cannot exchange two names, a folder is replaced in two steps.
+TEST(FaultyFileSystem, AFolderIsAlsoReplacedWithoutAnExchangeOfNames) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const Words folder = {"export", "run/model.json", "-q", "--target", "arduino", "-o", "lib"};
@@ -226,8 +226,8 @@ TEST(FaultyFileSystem, AFolderIsReplacedWithoutExchangeOfNamesToo) {
   EXPECT_EQ(scratch.contents(), made);
 }
 
-/// The control: a write that is not atomic is seen.
-TEST(FaultyFileSystem, TheInjectionReachesTheCallsAndTheAllocations) {
+/// Control: the test detects a write that is not atomic.
+TEST(FaultyFileSystem, InjectedFaultsReachTheCallsAndTheAllocations) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const ProgramResult first = run_with(scratch, kTrain, "call:1:" + std::to_string(ENOSPC));
@@ -237,7 +237,7 @@ TEST(FaultyFileSystem, TheInjectionReachesTheCallsAndTheAllocations) {
   EXPECT_THAT(run_with(scratch, kTrain, "alloc:1").err, StartsWith("nlo: error: not enough memory"));
 }
 
-#ifdef NLO_EVERY_FAULT  // a run takes seconds
+#ifdef NLO_EVERY_FAULT  // these runs take seconds each, so they are only tried exhaustively
 INSTANTIATE_TEST_SUITE_P(
     Slow, Fault,
     testing::Values(

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A library to preload. It makes one call of the program fail like a full disk, a limit or a power cut would.
-//   NLO_FAULT=alloc:N         the N-th allocation fails; alloc:N+ and all after it
-//   NLO_FAULT=call:N:ERRNO    the N-th call that changes a file system fails with that number
+// A library to preload. It makes one call of the program fail as a full disk, a limit or a power cut would.
+//   NLO_FAULT=alloc:N         the N-th allocation fails; alloc:N+ also all later ones
+//   NLO_FAULT=call:N:ERRNO    the N-th call that changes a file system fails with that error number
 //   NLO_FAULT=kill:N          the program is killed before the N-th such call
-//   NLO_FAULT=exchange        renameat2() as on a file system that cannot exchange names
-//   NLO_FAULT_COUNT=FILE      "allocations calls" of a run that came to its end go there
-// Calls that change a file system: open for writing, write and fsync (of what is not stdin, stdout or stderr), rename,
-// mkdir, unlink, chmod. One that fails is named on stderr: "fault: unlink". Counting begins with main(), and is of this
-// program alone: those that it starts (gnuplot) run as ever. In C, and with the allocator's own names: a library that is loaded
-// first cannot call anything that allocates on the way to malloc.
+//   NLO_FAULT=exchange        renameat2() behaves as on a file system that cannot exchange names
+//   NLO_FAULT_COUNT=FILE      a run that ends normally writes "allocations calls" there
+// Calls that change a file system: open for writing, write and fsync (except on stdin, stdout and stderr), rename,
+// mkdir, unlink, chmod. A call that fails is named on stderr: "fault: unlink". Counting starts with main() and covers
+// only this program; programs that it starts (gnuplot) run unchanged. The library is written in C and uses the
+// allocator's own names, because a library that is loaded first must not call anything that allocates before malloc is
+// ready.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -65,7 +66,8 @@ static void write_counts(void) {
   fclose(file);
 }
 
-/// A command that becomes another program (nlo certify) takes the faults with it; a compiler that is started does not.
+/// A command that becomes another program (nlo certify) passes the faults on; a compiler that it starts does not get
+/// them.
 int execv(const char* path, char* const arguments[]) {
   armed = 0;
   setenv("LD_PRELOAD", preloaded, 1);
@@ -83,7 +85,7 @@ static int run(int argc, char** argv, char** environment) {
   return program(argc, argv, environment);
 }
 
-/// Static initialisers run before main() and have nobody to report to.
+/// Static initialisers run before main() and cannot report an error, so counting starts with main().
 int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, void (*init)(void), void (*fini)(void),
                       void (*rtld_fini)(void), void* stack_end) {
   int (*real)(int (*)(int, char**, char**), int, char**, void (*)(void), void (*)(void), void (*)(void), void*) =
@@ -101,7 +103,7 @@ static int allocation_fails(void) {
   return 1;
 }
 
-/// `call`: as stderr has it.
+/// `call`: the name of the call for stderr.
 static int call_fails(const char* call) {
   if (!armed || ++calls != failing_call) return 0;
   if (kills) kill(getpid(), SIGKILL);

@@ -20,7 +20,7 @@ namespace nlo::trainer {
 using Words = std::vector<std::string>;
 using Files = std::map<std::string, std::string>;
 
-/// For the programs that are started while it lives.
+/// Sets environment variables for the programs that are started during its lifetime.
 class Environment {
  public:
   explicit Environment(std::map<std::string, std::string> variables) : variables_(std::move(variables)) {
@@ -59,7 +59,7 @@ inline Counts counts_of(const Scratch& scratch, const Words& command) {
   return counts;
 }
 
-/// Returns some of 1 ... count, with the first and the last three.
+/// Returns about `some` of the numbers 1 ... count, always with the first and the last three.
 inline std::vector<long> tried(long count, long some) {
   some = std::min(some, count);
   const long ends = std::min(some, 3L);
@@ -69,14 +69,14 @@ inline std::vector<long> tried(long count, long some) {
   return result;
 }
 
-/// NAME.nlo-XXXXXX; lib/.nlo-export is not.
+/// Returns whether a name has the form NAME.nlo-XXXXXX; lib/.nlo-export is not temporary.
 inline bool is_temporary(const std::string& name) {
   const auto at = name.find(".nlo-");
   return at != std::string::npos && at > 0 && name[at - 1] != '/';
 }
 
-/// The files of a folder for comparisons. Files that contain times are represented by their end, which shows whether
-/// they are complete.
+/// Returns the files of a folder for comparisons. A file that contains times is represented by its last bytes, which
+/// show whether it is complete.
 inline Files comparable(Files files) {
   for (auto it = files.begin(); it != files.end();) {
     const auto& [name, bytes] = *it;
@@ -91,7 +91,7 @@ inline Files comparable(Files files) {
   return files;
 }
 
-/// The call that failed, by its name on stderr, was to remove something.
+/// Returns whether the failed call, named on stderr, was meant to remove a file.
 inline bool removes(const std::string& err) {
   for (const char* call : {"unlink", "unlinkat", "rmdir", "remove"})
     if (err.find(std::string("fault: ") + call + "\n") != std::string::npos) return true;

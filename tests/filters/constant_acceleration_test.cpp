@@ -18,15 +18,15 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// The response of [p v a] after t seconds to a unit of p, v or a at 0, or of jerk.
+/// Response of [p v a] after t seconds to a unit initial value of p, v or a, or to a unit impulse of jerk.
 Vector3d response(int of, double t) {
   if (of == 0) return {1.0, 0.0, 0.0};
   if (of == 1) return {t, 1.0, 0.0};
   return {0.5 * t * t, t, 1.0};
 }
 
-/// cov(x(s), x(t)) of the process that starts as the filter does: the start's part, and that of the jerk by Simpson's
-/// rule, which is exact for its polynomials up to the third degree and at 2,000 intervals beyond.
+/// cov(x(s), x(t)) of the process with the initial covariance of the filter: the part of the initial state, and the
+/// part of the jerk by Simpson's rule with 2,000 intervals, which is exact up to the third degree.
 Eigen::Matrix3d covariance(const Vector3d& start, double q, double s, double t) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int i = 0; i < 3; ++i) sum += start[i] * response(i, s) * response(i, t).transpose();
@@ -39,7 +39,8 @@ Eigen::Matrix3d covariance(const Vector3d& start, double q, double s, double t) 
   return sum;
 }
 
-/// The filter's last estimate, as the mean of a Gaussian conditioned on all measurements at once.
+/// Returns the last estimate of the filter as the mean of a Gaussian distribution conditioned on all measurements at
+/// once.
 Vector3d conditional_mean(const ConstantAcceleration& filter, const VectorXd& time_s, const VectorXd& y) {
   const double q = filter.jerk_intensity, r = filter.output_variance, tau = std::pow(r / q, 0.2);
   const double v = 1e3 * std::sqrt(r) / tau;
@@ -70,7 +71,7 @@ TEST(ConstantAcceleration, IsTheConditionalMeanAtIrregularSamples) {
   EXPECT_GT(std::abs(stamps_ignored[1] - closed[1]), 0.01 * std::abs(closed[1])) << "control: the steps matter";
 }
 
-TEST(ConstantAcceleration, OnlyTheRatioOfItsNoisesMatters) {
+TEST(ConstantAcceleration, DependsOnlyOnTheRatioOfItsNoises) {
   const VectorXd y = swing(kTimes);
   const MatrixXd estimates = ConstantAcceleration{1e7, 1e-4}.estimate(kTimes, y);
   EXPECT_LT((ConstantAcceleration{1e11, 1.0}.estimate(kTimes, y) - estimates).cwiseAbs().maxCoeff(),
@@ -95,7 +96,7 @@ PlantConfig builtin(std::string_view name) {
   return config;
 }
 
-TEST(PlantEquations, OfEachBuiltInPlantAreThePlant) {
+TEST(PlantEquations, EqualTheBuiltInPlants) {
   const MatrixXd x = MatrixXd::Random(2, 20), u = MatrixXd::Random(1, 20);
   for (const PlantEntry& entry : plant_registry()) {
     PlantConfig config = builtin(entry.name);
@@ -109,8 +110,8 @@ TEST(PlantEquations, OfEachBuiltInPlantAreThePlant) {
   }
 }
 
-TEST(JointPlant, HasTheParametersOfEachPoint) {
-  // mu acts linearly, omega by its square: differences of plants, and expressions.
+TEST(JointPlant, UsesTheParametersOfEachColumn) {
+  // mu acts linearly, omega by its square: once a difference of plants, once expressions.
   for (const auto& [model, name] : {std::pair{"van_der_pol", "mu"}, std::pair{"harmonic_oscillator", "omega"}}) {
     const LanePlant joint = joint_plant(builtin(model), {name}, MatrixXd::Random(2, 5));
     ASSERT_EQ(joint.nx, 3) << model;

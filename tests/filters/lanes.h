@@ -25,7 +25,7 @@ inline FilterKnowledge scalar_knowledge(double initial, double process, double o
           Eigen::VectorXd::Constant(1, process), Eigen::VectorXd::Constant(1, output)};
 }
 
-/// RK4's approximation of exp(-rate h).
+/// RK4 approximation of exp(-rate h).
 inline double rk4_decay(double rate, double h) {
   const double a = rate * h;
   return 1.0 - a + a * a / 2.0 - a * a * a / 6.0 + a * a * a * a / 24.0;
@@ -41,7 +41,7 @@ inline Eigen::MatrixXd estimates_of(LaneFilter& filter, const LaneRuns& runs) {
   return filtered(filter, runs).x_hat;
 }
 
-/// Standard normal numbers, the same in each run of the test.
+/// Standard normal numbers, the same in each execution of the test.
 inline Eigen::MatrixXd normals(Eigen::Index rows, Eigen::Index cols, unsigned seed) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A linear plant with irregular samples, and its Kalman filter as in textbooks.
+// A linear plant with irregular samples, and its textbook Kalman filter.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,7 +9,7 @@
 
 namespace nlo::trainer::test {
 
-/// x' = A x + u with A a chain of n lags; y = the first state, and the sum of all plus u.
+/// x' = A x + u, with A a chain of n first-order lags. Outputs: the first state; the sum of all states plus u.
 struct Chain {
   explicit Chain(Eigen::Index n) : a(-Eigen::MatrixXd::Identity(n, n)), c(Eigen::MatrixXd::Zero(2, n)) {
     for (Eigen::Index i = 0; i + 1 < n; ++i) a(i, i + 1) = 0.8;
@@ -35,7 +35,7 @@ struct Chain {
   Eigen::MatrixXd a, c;
 };
 
-/// P0 is full, the plant's noise is that of a second, and the two outputs differ in theirs.
+/// P0 is full, the process noise is per second, and the two outputs have different noise.
 inline FilterKnowledge chain_knowledge(Eigen::Index n) {
   const Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n) + 0.3 * normals(n, n, 5);
   return {Eigen::VectorXd::Constant(n, 0.2),
@@ -46,7 +46,7 @@ inline FilterKnowledge chain_knowledge(Eigen::Index n) {
           Eigen::VectorXd::LinSpaced(n, 0.2, 0.7)};
 }
 
-/// Samples that are 1 to 9 ms apart, as a rig's may be; inputs and outputs that no plant made.
+/// Samples 1 to 9 ms apart, as in real logs; arbitrary inputs and outputs, which no plant produced.
 struct IrregularRun {
   static constexpr Eigen::Index kSamples = 80;
   IrregularRun() : time_s(kSamples), y(normals(2, kSamples, 1)), u(normals(1, kSamples, 2)) {
@@ -57,7 +57,7 @@ struct IrregularRun {
   Eigen::MatrixXd y, u;
 };
 
-/// Kalman's recursion as textbooks have it, with covariances and a gain for all outputs at once.
+/// Textbook Kalman recursion with covariances and one gain for all outputs.
 inline Eigen::MatrixXd kalman_recursion(const Chain& chain, const FilterKnowledge& known, const IrregularRun& run,
                                         bool held) {
   const Eigen::Index n = chain.a.rows();
@@ -70,7 +70,7 @@ inline Eigen::MatrixXd kalman_recursion(const Chain& chain, const FilterKnowledg
       const Eigen::MatrixXd ah = h * chain.a, phi = one + ah * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0)));
       const Eigen::VectorXd from = Eigen::VectorXd::Constant(n, run.u(0, held ? k : k - 1)),
                             to = Eigen::VectorXd::Constant(n, run.u(0, k));
-      // RK4 of x' = A x + u, u a ramp: the integral of exp(A (h - s)) (from + (to - from) s / h) up to h^4.
+      // RK4 of x' = A x + u with u a ramp: the integral of exp(A (h - s)) (from + (to - from) s / h) up to h^4.
       x = phi * x + h * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0))) * from +
           h * (one / 2.0 + ah / 6.0 * (one + ah / 4.0)) * (to - from);
       p = phi * p * phi.transpose();

@@ -33,7 +33,7 @@ LanePlant van_der_pol() {
   return lane_plant(make_plant(config));
 }
 
-/// Truth and noisy output of one run of 10 s.
+/// True states and noisy output of one run of 10 s.
 struct VanDerPolRun {
   VanDerPolRun() {
     PlantConfig config;
@@ -53,17 +53,17 @@ FilterKnowledge box_knowledge() {
   return {Vector2d::Zero(), Eigen::Matrix2d::Identity() / 3.0, Vector2d::Constant(1e-3), VectorXd::Constant(1, 0.5)};
 }
 
-// Differences of a linear map over 1e-4 of a deviation: rounding over that.
+// Tolerance: rounding of a linear map divided by a difference step of 1e-4 of a standard deviation.
 constexpr double kSameFilter = 1e-8;
 
-TEST(SigmaPointFilter, IsTheKalmanFilterOfALinearPlant) {
+TEST(SigmaPointFilter, EqualsTheKalmanFilterForALinearPlant) {
   const IrregularRun run;
   for (const PointSet kind : {PointSet::kExtended, PointSet::kUnscented})
     for (const Index n : {1, 2, 3, 5})
       for (const bool held : {true, false}) {
         const Chain chain(n);
-        const auto largest_difference = [&](const FilterKnowledge& told) {
-          SigmaPointFilter filter(chain.plant(), kind, told, {{}}, 1);
+        const auto largest_difference = [&](const FilterKnowledge& known) {
+          SigmaPointFilter filter(chain.plant(), kind, known, {{}}, 1);
           const MatrixXd x = test::estimates_of(filter, one_run(run.y, run.u, run.time_s, held));
           return (x - kalman_recursion(chain, chain_knowledge(n), run, held)).cwiseAbs().maxCoeff();
         };
@@ -71,13 +71,13 @@ TEST(SigmaPointFilter, IsTheKalmanFilterOfALinearPlant) {
         for (VectorXd FilterKnowledge::*each : {&FilterKnowledge::output_deviation, &FilterKnowledge::process_noise}) {
           FilterKnowledge other = chain_knowledge(n);
           (other.*each)[0] *= 1.5;
-          EXPECT_GT(largest_difference(other), 1e-3) << "control: it counts";
+          EXPECT_GT(largest_difference(other), 1e-3) << "control: each of these values matters";
         }
       }
 }
 
 TEST(SigmaPointFilter, DividesLongSamplePeriods) {
-  // A period of 4 s is beyond RK4's stability for x' = -x: one step grows, steps of a tenth do not.
+  // A period of 4 s is beyond the stability limit of RK4 for x' = -x: one step grows, steps of a tenth do not.
   const auto decayed = [](double longest_step_s) {
     LanePlant plant = test::decay(1.0);
     plant.longest_step_s = longest_step_s;
@@ -87,7 +87,7 @@ TEST(SigmaPointFilter, DividesLongSamplePeriods) {
   EXPECT_GT(std::abs(decayed(4.0)), 1.0) << "control";
 }
 
-TEST(SigmaPointFilter, KeepsAnInitialStateThatIsKnownExactly) {
+TEST(SigmaPointFilter, KeepsAnExactlyKnownInitialState) {
   const IrregularRun run;
   for (const PointSet kind : {PointSet::kExtended, PointSet::kUnscented})
     for (const double variance : {0.0, 1.0}) {
@@ -102,7 +102,7 @@ TEST(SigmaPointFilter, KeepsAnInitialStateThatIsKnownExactly) {
     }
 }
 
-TEST(SigmaPointFilter, TakesTheInnovationOfAnAngleTheShortWayRound) {
+TEST(SigmaPointFilter, ComputesTheInnovationOfAnAngleTheShortWayRound) {
   // dx1/dt = x2 = 5 rad/s: an angle that wraps five times in 6 s.
   constexpr double kTurn = 2.0 * 3.141592653589793;
   const VectorXd time_s = VectorXd::LinSpaced(301, 0.0, 6.0);
@@ -116,7 +116,7 @@ TEST(SigmaPointFilter, TakesTheInnovationOfAnAngleTheShortWayRound) {
     };
     plant.h = [](const MatrixXd& x, const MatrixXd&) { return MatrixXd(x.topRows<1>()); };
     plant.output_wraps = VectorXd::Constant(1, wrap);
-    // The UKF's points must stay within half a turn of each other.
+    // The points of the UKF must stay within half a turn of each other.
     const FilterKnowledge known = {VectorXd::Zero(2), 2.0 * MatrixXd::Identity(2, 2), VectorXd::Constant(2, 1e-3),
                                    VectorXd::Constant(1, 0.1)};
     SigmaPointFilter filter(plant, kind, known, {{}}, 1);
@@ -128,18 +128,18 @@ TEST(SigmaPointFilter, TakesTheInnovationOfAnAngleTheShortWayRound) {
   }
 }
 
-TEST(SigmaPointFilter, BeginsAnewAfterAnOutlierThatItsLinearisationCannotSurvive) {
-  // dx/dt = -x^3 is as stable as can be, and RK4 leaves the numbers from x = 1e7 in steps of 0.1 s.
+TEST(SigmaPointFilter, RestartsAfterAnOutlierThatMakesItsStepOverflow) {
+  // dx/dt = -x^3 is very stable, but RK4 with steps of 0.1 s overflows from x = 1e7.
   LanePlant plant = test::decay(0.0);
   plant.f = [](const MatrixXd& x, const MatrixXd&) { return MatrixXd(-x.array().cube()); };
   constexpr double kOutlier = 1e7;
   ASSERT_FALSE((advance(plant, MatrixXd::Constant(1, 1, kOutlier), 0.1, {}).array().abs() <= 1e9).all())
-      << "control: without a new beginning nothing after the outlier would be a number";
+      << "control: without a restart all later estimates would be NaN";
   constexpr Index kSamples = 40, kAt = 20;
   MatrixXd y = MatrixXd::Constant(1, kSamples, 0.2);
   y(0, kAt) = kOutlier;
   for (const PointSet kind : {PointSet::kExtended, PointSet::kUnscented}) {
-    // Process noise of 1: the filters believe the measurement, gain 0.99.
+    // Process noise of 1: the filters trust the measurement, gain 0.99.
     SigmaPointFilter filter(plant, kind, test::scalar_knowledge(1.0, 1.0, 0.1), {{}}, 1);
     const MatrixXd x = test::estimates_of(filter, test::runs_of(y, 0.1));
     ASSERT_TRUE(x.allFinite());
@@ -148,7 +148,7 @@ TEST(SigmaPointFilter, BeginsAnewAfterAnOutlierThatItsLinearisationCannotSurvive
   }
 }
 
-TEST(SigmaPointFilter, IsAnotherFilterWithTheOtherPointsWhereThePlantBends) {
+TEST(SigmaPointFilter, DependsOnTheChoiceOfPointsForANonlinearPlant) {
   const VanDerPolRun run;
   SigmaPointFilter extended(van_der_pol(), PointSet::kExtended, box_knowledge(), {{}}, 1);
   SigmaPointFilter unscented(van_der_pol(), PointSet::kUnscented, box_knowledge(), {{}}, 1);
@@ -156,7 +156,7 @@ TEST(SigmaPointFilter, IsAnotherFilterWithTheOtherPointsWhereThePlantBends) {
   EXPECT_GT((test::estimates_of(extended, lanes) - test::estimates_of(unscented, lanes)).cwiseAbs().maxCoeff(), 1e-3);
 }
 
-TEST(SigmaPointFilter, SettlesAtTheRiccatiEquationsCovariance) {
+TEST(SigmaPointFilter, SettlesAtTheCovarianceOfTheRiccatiEquation) {
   // dx/dt = -x / 2: p- = phi^2 p + q, p = p- r / (p- + r), a quadratic in p.
   const double phi = test::rk4_decay(0.5, kPeriod), q = 0.04, r = 0.3;
   const double b = r * (1.0 - phi * phi) + q, p = (-b + std::sqrt(b * b + 4.0 * phi * phi * q * r)) / (2.0 * phi * phi);
@@ -168,7 +168,7 @@ TEST(SigmaPointFilter, SettlesAtTheRiccatiEquationsCovariance) {
   }
 }
 
-TEST(SigmaPointFilter, TakesEachLaneByItsOwnTuning) {
+TEST(SigmaPointFilter, GivesEachLaneItsOwnTuning) {
   const VanDerPolRun run;
   const LaneRuns one = test::runs_of(run.outputs, kPeriod), two = repeated(one, 2);
   FilterTuning trusting;
@@ -179,14 +179,14 @@ TEST(SigmaPointFilter, TakesEachLaneByItsOwnTuning) {
   double difference = 0.0;
   for (Eigen::Index k = 0; k < one.samples(); ++k) {
     const MatrixXd x = both.step(two, k);
-    // Lanes beside others go through vector instructions: the same sums but for fused ones.
+    // Several lanes use vector instructions: the same sums except for fused multiply-adds.
     EXPECT_LE((x.col(0) - first.step(one, k)).norm() + (x.col(1) - second.step(one, k)).norm(), 1e-9) << k;
     difference = std::max(difference, (x.col(0) - x.col(1)).norm());
   }
   EXPECT_GT(difference, 0.05) << "control: the tunings differ";
 }
 
-TEST(SigmaPointFilter, TakesAFactorOfEachStateAsTheSameFactorOnAll) {
+TEST(SigmaPointFilter, AFactorOnEachStateEqualsOneFactorOnAll) {
   const VanDerPolRun run;
   const LaneRuns lanes = test::runs_of(run.outputs, kPeriod);
   const auto estimates = [&](const FilterTuning& tuning) {
@@ -200,7 +200,8 @@ TEST(SigmaPointFilter, TakesAFactorOfEachStateAsTheSameFactorOnAll) {
   each.initial_of = {0.25, 0.25};
   EXPECT_LE((estimates(whole) - estimates(each)).cwiseAbs().maxCoeff(), 1e-12);
   each.process_of[1] = 1.0;
-  EXPECT_GT((estimates(whole) - estimates(each)).cwiseAbs().maxCoeff(), 1e-3) << "control: it is of a state";
+  EXPECT_GT((estimates(whole) - estimates(each)).cwiseAbs().maxCoeff(), 1e-3)
+      << "control: a factor on a single state differs";
 }
 
 TEST(SigmaPointFilter, HoldsOutliersBeyondItsGate) {
@@ -215,11 +216,12 @@ TEST(SigmaPointFilter, HoldsOutliersBeyondItsGate) {
     return (x - run.truth).rightCols(300).norm() / std::sqrt(300.0);
   };
   EXPECT_LT(error(5.0), 0.1);
-  EXPECT_GT(error(std::numeric_limits<double>::infinity()), 2.0 * error(5.0)) << "control: they pull without a gate";
+  EXPECT_GT(error(std::numeric_limits<double>::infinity()), 2.0 * error(5.0))
+      << "control: outliers pull without a gate";
 }
 
-TEST(SigmaPointFilter, ComesBackWhenItsGateHasLockedItOut) {
-  // A state that jumps by far more than the gate: after kMostRejected samples the filter believes the sensor again.
+TEST(SigmaPointFilter, AcceptsMeasurementsAgainAfterManyRejections) {
+  // A state jumps by much more than the gate: after kMostRejected samples the filter accepts the measurements again.
   constexpr Eigen::Index kJump = 200;
   MatrixXd y = MatrixXd::Zero(1, 400);
   y.rightCols(400 - kJump).setConstant(10.0);
@@ -231,7 +233,7 @@ TEST(SigmaPointFilter, ComesBackWhenItsGateHasLockedItOut) {
   EXPECT_NEAR(x(0, kJump + kMostRejected + 2), 10.0, 0.1);
 }
 
-TEST(SigmaPointFilter, StepsOverSamplesThatDidNotArrive) {
+TEST(SigmaPointFilter, PredictsOverMissingSamples) {
   MatrixXd y = MatrixXd::Constant(1, 50, 2.0);
   y.rightCols(20).setConstant(std::nan(""));
   SigmaPointFilter filter(test::decay(0.5), PointSet::kUnscented, test::scalar_knowledge(1.0, 1e-3, 0.1), {{}}, 1);
@@ -239,7 +241,7 @@ TEST(SigmaPointFilter, StepsOverSamplesThatDidNotArrive) {
   EXPECT_NEAR(x(0, 49), x(0, 29) * std::pow(test::rk4_decay(0.5, kPeriod), 20), 1e-9);
 }
 
-TEST(SigmaPointFilter, BeginsAnewWhenItLeavesTheNumbers) {
+TEST(SigmaPointFilter, RestartsIfItOverflows) {
   LanePlant plant = test::decay(-400.0);  // doubles every sample and more
   SigmaPointFilter filter(plant, PointSet::kExtended, test::scalar_knowledge(1.0, 1e-3, 1e3), {{}}, 1);
   const MatrixXd x = test::estimates_of(filter, test::runs_of(MatrixXd::Constant(1, 300, 1.0), kPeriod));
@@ -247,7 +249,7 @@ TEST(SigmaPointFilter, BeginsAnewWhenItLeavesTheNumbers) {
   EXPECT_LE(x.cwiseAbs().maxCoeff(), 1e9);
 }
 
-TEST(HighGain, ConvergesWithoutNoiseAndLetsMoreThroughTheFasterItIs) {
+TEST(HighGain, ConvergesWithoutNoiseAndAmplifiesNoiseMoreIfItIsFaster) {
   const VanDerPolRun run;
   const auto settled_error = [&](const MatrixXd& outputs, double process) {
     FilterTuning tuning;

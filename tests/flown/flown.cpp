@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An exported C++ observer with its monitor, as docs/runtime.md flies it, behind plain functions that fly.py calls.
+// An exported C++ observer with its monitor, used as in docs/runtime.md, behind plain functions that fly.py calls.
 #include <flown.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace flown = nlo::flown;
 flown::Observer observer{flown::kModel};
 flown::Monitor monitor{flown::kMonitor};
 
-/// A template, so that only the call which this observer has is compiled.
+/// A template, so that only the call that fits this observer is compiled.
 template <class Observer>
 nlo::StepStatus step(Observer& flying, const typename Observer::Output& y, const float* u, float dt_s) {
   if constexpr (Observer::kDriven) {
@@ -38,8 +38,8 @@ void flown_start() {
   monitor.reset();
 }
 
-/// One sample. dt_s 0: one sample period. told: bits 0 status is not to be trusted, 1 outside of the domain, 2 alarm,
-/// 3 the gate rejected a reading, 4 the monitor is armed, 5 to 7 the alarm.
+/// Steps one sample. dt_s = 0: one sample period. Returns bits: 0 the status is not to be trusted, 1 outside of the
+/// domain, 2 alarm, 3 the gate rejected a reading, 4 the monitor is armed, 5 to 7 the alarm.
 int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x_hat) {
   flown::Observer::Output outputs{};
   for (int j = 0; j < outputs.size(); ++j) outputs[j] = y[j];

@@ -1,30 +1,30 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Flies fully trained observers behind their monitors, as a user would: exported to C++ and to C99, in closed loops and
+"""Flies fully trained observers with their monitors as a user does: exported to C++ and to C99, in closed loops and
 on logs, from rest, restarted, over gaps, at another rate, with sensors that fail.
 
 usage: tests/flown/fly.py NLO SOURCE_DIR WORK_DIR [--table PAGE] [MODEL...]
 
   NLO       the program
   WORK_DIR  trained models, kept until the program or an experiment changes, and exports
-  MODEL     of these alone: motor van_der_pol balance tanks cart_and_pendulum qube double_pendulum car car_free battery
-            (default: all; logs that are not there are left out)
-  --table   writes the flights in C++ into PAGE, between <!-- flights --> and <!-- end of flights -->; those of other
-            models stay
+  MODEL     only these: motor van_der_pol balance tanks cart_and_pendulum qube double_pendulum car car_free battery
+            (default: all; models whose logs are missing are left out)
+  --table   writes the flights in C++ into PAGE, between <!-- flights --> and <!-- end of flights -->; rows of other
+            models are kept
 
 A table row per flight:
-  error    rms over that in nominal flight, of the state that is worst
-  lost     seconds that end a second (16 samples, if that is longer) whose rms error is over five times the nominal rms
-  told     share of those with a status, in_domain() or alarm that says so within that second, or a monitor that is
-           not armed
+  error    rms error divided by that in nominal flight, of the state with the largest quotient
+  lost     time [s] during which the rms error of the last second (at least 16 samples) exceeds five times the nominal
+  told     share of this time with a status, in_domain() or alarm that reports it within the last second, or a monitor
+           that is not armed
   otherwise
-           share of all other seconds in which one of them does
-  gate     rms error behind the gate over that without it
-  first    alarm, domain or status that is first to tell, from the fault on or once the estimate has settled
+           share of the remaining time in which one of them reports a lost estimate
+  gate     rms error with the gate divided by that without it
+  first    first alarm, domain or status that reports it, after the fault or after the estimate has settled
 
-Exit 1 where a flight breaks a promise of docs/monitor.md: the gate costs more than 5 % in nominal flight, after a
-restart, a jump or a gap; nominal flight is told to be lost for more than 1 % of its time and is not in KNOWN_FALSE; a
-lost flight is told in less than 93 % of its lost seconds and is not in KNOWN_SILENT. A fault lasts for 30 s, so an alarm
+The exit code is 1 if a flight breaks a promise of docs/monitor.md: the gate costs more than 5 % in nominal flight, after a
+restart, a jump or a gap; nominal flight is reported as lost for more than 1 % of its time and is not in KNOWN_FALSE; or a
+lost flight is reported in less than 93 % of its lost seconds and is not in KNOWN_SILENT. A fault lasts for 30 s, so an alarm
 may come 2 s after the estimate is lost. Trainings on processors with other instructions differ in their last bits, and
 such delays differ by some tenths of a second.
 """
@@ -40,14 +40,14 @@ import sys
 import numpy as np
 
 FAR = 5.0  # times the nominal rms
-LASTING_S, LASTING_SAMPLES = 1.0, 16  # how long, until a flight is lost: the longer of both
+LASTING_S, LASTING_SAMPLES = 1.0, 16  # how long a large error must last: the longer of both
 MOST_GATE_COST, MOST_FALSE, LEAST_TOLD = 1.05, 0.01, 0.93
 LOST_BITS = 1 | 2 | 4  # status, domain, alarm: flown.cpp
 ARMED_BIT, ALARM_SHIFT = 16, 5
 ALARMS = ("", "innovation mean", "innovation variance", "innovation correlation", "latent distance", "missing",
           "disagreement", "reset")  # nlo::Alarm
 
-# (model, flight): why no status, domain or alarm tells that the estimate is lost. docs/monitor.md lists them.
+# (model, flight): why no status, domain or alarm reports that the estimate is lost. docs/monitor.md lists them.
 KNOWN_SILENT = {
     ("balance", "biased 0"): "the pendulum balances where the biased sensor reads 0: it looks like a constant torque",
     ("tanks", "biased 0"): "a level that reads 1 cm too much looks like another level and another leak",
@@ -59,7 +59,7 @@ KNOWN_SILENT = {
     ("car_free", "frozen 3"): "training has an encoder that repeats readings; observer.may_fail is for such a sensor",
     ("car_free", "biased 3"): "a biased wheel speed looks like another speed",
 }
-# Nominal flights that are told to be lost although they are not.
+# Nominal flights that are reported as lost although they are not.
 KNOWN_FALSE = {
     ("car_free", "nominal"): "its yaw rate is 1.6 times as hard to predict as the limit from the training logs, which "
                              "are circles but for one",
@@ -84,7 +84,7 @@ class Exported:
         self.library.flown_start()
 
     def sample(self, y, u, gated, dt_s=0.0):
-        """The bits of flown.cpp; self.x_hat has the estimate."""
+        """Steps one sample and returns the bits of flown.cpp; self.x_hat holds the estimate."""
         self.y[:] = y
         if self.inputs:
             self.u[:] = u
@@ -98,14 +98,14 @@ class Flight:
         self.truth, self.estimate = np.asarray(truth), np.asarray(estimate)
         self.bits, self.step_s = np.asarray(bits), np.asarray(step_s)
         self.faulty_from = faulty_from
-        # A second, but 16 samples at least: a slower plant is not lost by one reading.
+        # A second, but at least 16 samples, so that one reading of a slow plant does not count as lost.
         self.lasting_s = max(LASTING_S, LASTING_SAMPLES * float(np.median(self.step_s)))
 
     def errors(self):
         return self.estimate - self.truth
 
     def settled_rms(self, after_s):
-        """Of each state, without the first seconds."""
+        """RMS error of each state, without the first after_s seconds."""
         late = np.cumsum(self.step_s) > after_s
         return np.sqrt(np.nanmean(self.errors()[late] ** 2, axis=0))
 
@@ -113,8 +113,8 @@ class Flight:
         return float(np.nanmax(np.sqrt(np.nanmean(self.errors() ** 2, axis=0)) / rms))
 
     def lost(self, rms, after_s=0.0):
-        """Which samples end a second in which the error was far in one of the states: the rms error of it and of its
-        first half, since one reading that jumps has not lasted."""
+        """Returns for each sample whether the estimate is lost: the rms error of the last second and that of its first half
+        are large in one of the states. The first half excludes one reading that jumps."""
         time = np.cumsum(self.step_s)
         squares = np.cumsum(np.nan_to_num((self.errors() / rms) ** 2) * self.step_s[:, None], axis=0)
         begins, half = (np.searchsorted(time, time - length) for length in (self.lasting_s, self.lasting_s / 2))
@@ -125,15 +125,16 @@ class Flight:
     def alarmed(self):
         return (self.bits & LOST_BITS) != 0
 
-    def told(self):
-        """Within the last second, by these or because the monitor is not armed: a restart has a transient."""
+    def reported(self):
+        """Returns for each sample whether a lost estimate was reported within the last second, or the monitor is not armed
+        (a restart has a transient)."""
         time = np.cumsum(self.step_s)
         count = np.cumsum(self.alarmed() | ((self.bits & ARMED_BIT) == 0))
         begins = np.searchsorted(time, time - self.lasting_s)
         return (count - np.where(begins > 0, count[np.maximum(begins - 1, 0)], 0)) > 0
 
-    def first_to_tell(self, settle_s):
-        """The first alarm, domain or status from the fault on, or once settled: "missing after 0.02 s"."""
+    def first_report(self, settle_s):
+        """Returns the first alarm, domain or status after the fault, or after settling: "missing after 0.02 s"."""
         time = np.cumsum(self.step_s)
         at = np.flatnonzero(self.alarmed() & (time > settle_s) & (np.arange(len(time)) >= (self.faulty_from or 0)))
         if len(at) == 0:
@@ -153,7 +154,7 @@ def run(command, **options):
 
 
 def trained(nlo, experiment, data, work):
-    """The model with its monitor, trained once for these bytes of program and experiment."""
+    """Returns the model with its monitor; trains it only if the program or the experiment has changed."""
     key = hashlib.sha256(pathlib.Path(nlo).read_bytes() + experiment.read_bytes()).hexdigest()[:16]
     folder = work / f"{experiment.stem}-{key}"
     model = folder / "model.json"
@@ -166,19 +167,19 @@ def trained(nlo, experiment, data, work):
 
 
 def measured_of(model):
-    """Names of the outputs that are not computed of others."""
+    """Returns the names of the outputs that are measured, not computed from others."""
     return [output["name"] for output in model["outputs"] if "expression" not in output]
 
 
 def exported(nlo, source, model, folder):
-    """The two libraries: {"c++": ..., "c99": ...}."""
+    """Exports and compiles the two libraries: {"c++": ..., "c99": ...}."""
     said = json.loads(model.read_text())
     sizes = [f"-DFLOWN_MEASURED={len(measured_of(said))}", f"-DFLOWN_INPUTS={len(said.get('inputs', []))}",
              f"-DFLOWN_STATES={len(said['states'])}"]
     here = source / "tests/flown"
     libraries = {}
     for target, compiler, files in (("cpp", ["g++", "-std=c++20", "-fno-gnu-unique", f"-I{source}/runtime/include"],
-                                     ["flown.cpp"]),  # each library has constants of its own, whatever else is loaded
+                                     ["flown.cpp"]),  # each library has its own constants, whichever else is loaded
                                     ("c99", ["gcc", "-std=c99", "-ffp-contract=off"], ["flown.c"])):
         out = folder / target
         out.mkdir(parents=True, exist_ok=True)
@@ -208,7 +209,7 @@ class Log:
         self.inputs, self.truth = values[:, 2 + ny:2 + ny + nu], values[:, -nx:]
 
     def fly(self, observer, outputs=None, gated=True, restart_at=None, keep=None, faulty_from=None):
-        """keep: the samples that arrive; each step spans those that do not."""
+        """Flies the log. keep: samples that arrive; a step spans the samples that do not."""
         outputs = self.outputs if outputs is None else outputs
         observer.start()
         estimates, bits, truth, steps, waited = [], [], [], [], 0.0
@@ -220,9 +221,9 @@ class Log:
             if k == restart_at:
                 observer.start()
             exact = self.step_s[k] == 0.0 and (keep is None or waited <= 1.001 * self.period_s)
-            told = observer.sample(outputs[k], self.inputs[k], gated, 0.0 if exact else waited)
+            answer = observer.sample(outputs[k], self.inputs[k], gated, 0.0 if exact else waited)
             estimates.append(list(observer.x_hat))
-            bits.append(told)
+            bits.append(answer)
             truth.append(self.truth[k])
             steps.append(waited)
             waited = 0.0
@@ -230,7 +231,7 @@ class Log:
 
 
 def faults_of(outputs, first):
-    """(name, outputs with that fault from sample `first` on) for each output."""
+    """Yields, for each output, its faults as (name, outputs with that fault from sample `first` on)."""
     spread = np.nanstd(outputs, axis=0)
     random = np.random.default_rng(1)
     for j in range(outputs.shape[1]):
@@ -251,7 +252,7 @@ def faults_of(outputs, first):
 
 
 def log_flights(log, observer, settle_s):
-    """name, flight behind the gate, flight without it or None, is it nominal"""
+    """Yields name, flight with the gate, flight without it or None, whether it is nominal."""
     half = len(log.outputs) // 2
     gap = max(2, int(0.2 / log.period_s))
     lost = np.ones(len(log.outputs), bool)
@@ -271,7 +272,7 @@ class Motor:
     """tests/flown/motor.toml: a DC motor, its encoder's angle measured, a speed loop on the estimates."""
 
     period_s = 0.001
-    flown_wrap = 8192.0  # rad: multiples of it do not matter, as the comment of the generated header says
+    flown_wrap = 8192.0  # rad: the observer ignores multiples of it, as the comment of the generated header says
 
     def __init__(self):
         r, l, k, j, b = 1.0, 0.002, 0.04, 1e-4, 1e-5
@@ -296,11 +297,11 @@ class Motor:
                 y = faulty(t, y)
             if restart_s is not None and n == int(restart_s / self.period_s):
                 observer.start()
-            told = observer.sample([y], [v], gated)
+            answer = observer.sample([y], [v], gated)
             omega, current, load = observer.x_hat
             truth.append(x[1:4])
             estimates.append((omega, current, load))
-            bits.append(told)
+            bits.append(answer)
             error = reference(t) - omega
             integral += error * self.period_s * 0.5
             wanted = 0.05 * error + integral + 0.04 * omega + load / 0.04
@@ -319,8 +320,8 @@ class Motor:
         yield "nominal", self.fly(observer, 20, square), self.fly(observer, 20, square, gated=False), True
         yield "restart at speed", self.fly(observer, 6, square, restart_s=3.2), \
             self.fly(observer, 6, square, gated=False, restart_s=3.2), False
-        # Minutes of a count are given modulo the flown wrap, as docs/runtime.md says: at 65,536 rad float is as coarse as
-        # the encoder, and the monitor sees its steps.
+        # After minutes the angle is given modulo flown_wrap, as docs/runtime.md says: at 65,536 rad float is as coarse as
+        # the encoder, and its rounding would raise alarms.
         yield f"{long_s / 60:.0f} minutes at 120 rad/s", \
             self.fly(observer, long_s, lambda t: 120.0, modulo=long_s > 300.0), None, True
         last = {}
@@ -346,7 +347,7 @@ def integrate(f, x, h):
 
 
 class Plant:
-    """A plant with a law on its estimates. outputs: the states that are measured; law(x_hat, t): the input."""
+    """A plant controlled by its estimates. outputs: the measured states; law(x_hat, t): the input."""
 
     def __init__(self, f, period_s, noise, law, x0, horizon_s, *, jump, bias, outputs=(0,)):
         self.f, self.period_s, self.noise, self.law, self.x0, self.horizon_s = f, period_s, noise, law, x0, horizon_s
@@ -365,10 +366,10 @@ class Plant:
             y = [x[i] + self.noise * random.standard_normal() for i in self.outputs]
             if faulty is not None and n >= samples // 2:
                 y = faulty(n - samples // 2, y)
-            told = observer.sample(y, [u], gated)
+            answer = observer.sample(y, [u], gated)
             truth.append(list(x))
             estimates.append(list(observer.x_hat))
-            bits.append(told)
+            bits.append(answer)
             u = self.law(observer.x_hat, n * self.period_s)
             x = integrate(lambda s: self.f(s, u), x, self.period_s)
             if not all(abs(value) < 1e6 for value in x):
@@ -408,7 +409,7 @@ def balance():
 
 
 def tanks():
-    """tests/flown/tanks.toml, its lower level held at 8 and 14 cm in turn."""
+    """tests/flown/tanks.toml, its lower level is controlled to 8 and 14 cm in turn."""
 
     def outflow(level):
         return 0.178 * math.sqrt(2 * 981 * max(level, 0.0))
@@ -422,7 +423,7 @@ def tanks():
 
 
 def cart_and_pendulum():
-    """Pushed to either side in turn, against the speed that is estimated."""
+    """The cart is pushed to both sides in turn, against its estimated speed."""
 
     def f(x, u):
         sin, cos = math.sin(x[2]), math.cos(x[2])
@@ -459,29 +460,29 @@ def judged(model, language, flights, settle_s, rows):
     broken, rms = [], None
     for name, flight, plain, is_nominal in flights:
         rms = flight.settled_rms(settle_s) if rms is None else rms
-        # A start has a transient, in which the monitor is not armed: it is not false, and not lost.
+        # After a start the monitor is not armed during the transient, which counts neither as false nor as lost.
         lost = flight.lost(rms, settle_s)
         late = np.cumsum(flight.step_s) > settle_s
-        false, known = share(flight.alarmed() & ~lost & late, ~lost & late), share(flight.told() & lost, lost)
+        false, known = share(flight.alarmed() & ~lost & late, ~lost & late), share(flight.reported() & lost, lost)
         cost = plain and flight.worst(rms) / plain.worst(rms)
         cells = [name, f"{flight.worst(rms):.3g}", f"{float(np.sum(flight.step_s[lost])):.1f}",
                  "" if math.isnan(known) else f"{known:.0%}", f"{false:.1%}", "" if cost is None else f"{cost:.3f}",
-                 flight.first_to_tell(settle_s)]
+                 flight.first_report(settle_s)]
         rows.append(cells)
         print(LINE.format(model, language, *cells), flush=True)
         where = f"{model}, {language}, {name}"
         if cost is not None and cost > MOST_GATE_COST:
             broken.append(f"{where}: the gate costs {cost:.2f} times the error")
         if is_nominal and false > MOST_FALSE and (model, name) not in KNOWN_FALSE:
-            broken.append(f"{where}: told to be lost for {false:.1%} of a nominal flight")
+            broken.append(f"{where}: reported as lost for {false:.1%} of a nominal flight")
         if is_nominal and np.any(lost):
             broken.append(f"{where}: lost in nominal flight")
         if known < LEAST_TOLD and (model, name) not in KNOWN_SILENT:
-            broken.append(f"{where}: lost, and told in {known:.0%} of that time only")
+            broken.append(f"{where}: lost, and reported in {known:.0%} of that time only")
         if known >= LEAST_TOLD and (model, name) in KNOWN_SILENT:
-            broken.append(f"{where}: is told now; take it from KNOWN_SILENT")
+            broken.append(f"{where}: is reported now; remove it from KNOWN_SILENT")
         if is_nominal and false <= MOST_FALSE and (model, name) in KNOWN_FALSE:
-            broken.append(f"{where}: is not told to be lost now; take it from KNOWN_FALSE")
+            broken.append(f"{where}: is no longer reported as lost; remove it from KNOWN_FALSE")
     return broken
 
 
@@ -489,7 +490,7 @@ BEGIN, END = "<!-- flights -->\n", "<!-- end of flights -->"
 
 
 def write_table(page, flown):
-    """Replaces the rows of the models of `flown` (name: rows) in the page, and the table with it."""
+    """Writes the table of the page, with new rows for the models of `flown` (name: rows)."""
     text = page.read_text()
     if BEGIN not in text or END not in text:
         sys.exit(f"{page}: has no {BEGIN.strip()} and {END}")
@@ -531,7 +532,7 @@ def main():
             file, folder, log, settle_s = LOGS[name]
             data = source.parent / "shared/data" / folder
             if not data.is_dir():
-                print(f"{name}: its logs are not here; left out")
+                print(f"{name}: its logs are missing; left out")
                 continue
             model = trained(nlo, source / "trainer/experiments" / file, data, work)
             recorded = Log(nlo, model, data / log, model.parent)

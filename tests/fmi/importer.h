@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The parts of an importer that do not depend on the version of FMI: the functions of a library, the values in
-// modelDescription.xml, and steps of the C99 pair, to which an FMU must give the same bits. load_fmu.c lists the macros
-// to define.
+// modelDescription.xml, and the C99 pair, whose bits an FMU must reproduce. load_fmu.c lists the macros to define.
 #pragma once
 
 #include <dlfcn.h>
@@ -38,7 +37,7 @@ enum { kNu = 0 };
   } while (0)
 
 static void* library;
-// The function of that name in the library, of the type that the header gives it.
+// Returns the function of this name in the library, with the type that the header declares.
 #define F(name) ((__typeof__(&name))symbol(#name))
 static void* symbol(const char* name) {
   void* found = dlsym(library, name);
@@ -60,7 +59,7 @@ static unsigned reference_of(const char* name) {
   return (unsigned)atoi(value);
 }
 
-// The C99 pair, and its monitor where there is one.
+// The C99 pair and, if it has one, its monitor.
 typedef struct {
   Observer observer;
 #ifdef NLO_MONITORED
@@ -74,14 +73,14 @@ static void begin(Pair* pair) {
 #endif
 }
 
-// A step of the pair over a sample of the replay.
+// Result of a step of the pair over one sample of the replay.
 typedef struct {
   double given[kNy + kNu];  // measurements, then inputs
   double period;            // [s]
   Scalar x_hat[kNx];
   NAMED(status) status;
   int alarm;   // 0 without a monitor
-  bool is_ok;  // an FMU answers with OK, else with a warning
+  bool is_ok;  // whether an FMU returns OK; otherwise it returns a warning
 } PairStep;
 static PairStep step_pair(Pair* pair, int k, bool halved) {
   PairStep step;

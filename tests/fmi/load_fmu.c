@@ -1,33 +1,35 @@
 // SPDX-License-Identifier: MIT
-// An importer of FMI 3.0 for one FMU: loads its library, knows of it what modelDescription.xml says, and goes through
-// all functions, also in ways that are wrong. What it computes is held against the C99 pair, bit for bit.
-// Compiled with NLO_NAME, NLO_SCALAR, NLO_DRIVEN where there are inputs, NLO_MONITORED, and what FMU and replay-c99 declare.
+// An importer of FMI 3.0 for one FMU: it loads the library, uses only what modelDescription.xml declares, and calls all
+// functions, also with wrong arguments. Results must have the bits of the C99 pair. Compile it with NLO_NAME,
+// NLO_SCALAR, NLO_DRIVEN if there are inputs, NLO_MONITORED if there is a monitor, and the headers of FMU and
+// replay-c99.
 //   load_fmu LIBRARY modelDescription.xml
 #include "tests/fmi/importer.h"
 
 // Messages to the importer.
-static int told[5];
+static int logged[5];
 static char last_message[256], last_category[64];
-static void note(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {
-  EXPECT(environment == told);
-  ++told[status];
+static void log_message(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                        fmi3String message) {
+  EXPECT(environment == logged);
+  ++logged[status];
   snprintf(last_message, sizeof last_message, "%s", message);
   snprintf(last_category, sizeof last_category, "%s", category);
 }
-static int errors_told(void) {
-  const int errors = told[fmi3Error];
-  told[fmi3Error] = 0;
+static int errors_logged(void) {
+  const int errors = logged[fmi3Error];
+  logged[fmi3Error] = 0;
   return errors;
 }
-// A wrong call is answered with an error, and tells one.
-#define REFUSED(call) EXPECT((call) == fmi3Error && errors_told() == 1)
+// A wrong call must return an error and log exactly one message.
+#define REFUSED(call) EXPECT((call) == fmi3Error && errors_logged() == 1)
 
 static char token[80];
 static fmi3ValueReference measured, input, estimate, status_reference, domain, latent, initial;
 
 static fmi3Instance instance_named(const char* name, const char* with_token, bool logging, bool event_mode) {
-  return F(fmi3InstantiateCoSimulation)(name, with_token, NULL, false, logging, event_mode, false, NULL, 0, told, note,
-                                        NULL);
+  return F(fmi3InstantiateCoSimulation)(name, with_token, NULL, false, logging, event_mode, false, NULL, 0, logged,
+                                        log_message, NULL);
 }
 static fmi3Instance begun(double start) {
   fmi3Instance i = instance_named("observer", token, false, false);
@@ -48,7 +50,7 @@ static fmi3Status do_step(fmi3Instance i, double* time, double step) {
   return status;
 }
 
-// A step of both over sample `k`, or with its readings halved; and all that can be read is the same.
+// Steps the FMU and the pair over sample `k`, optionally with halved readings, and compares all variables.
 static void step_both(fmi3Instance i, double* time, Pair* pair, int k, bool halved) {
   const PairStep want = step_pair(pair, k, halved);
   fmi3ValueReference references[kNy + kNu];
@@ -95,7 +97,7 @@ static void replays_and_disturbs_no_other(void) {
          F(fmi3ExitInitializationMode)(one) == fmi3OK);
   begin(&pair);
   time = 0;
-  for (int k = 0; k < kSamples / 2; ++k) step_both(one, &time, &pair, k, false);  // as if it were new
+  for (int k = 0; k < kSamples / 2; ++k) step_both(one, &time, &pair, k, false);  // must behave like a new instance
   F(fmi3FreeInstance)(one);
 }
 
@@ -111,7 +113,7 @@ static void continues_from_saved_states(void) {
   fmi3FMUState state = NULL, loaded = NULL;
   EXPECT(F(fmi3GetFMUState)(i, &state) == fmi3OK && state != NULL);
   fmi3FMUState same = state;
-  EXPECT(F(fmi3GetFMUState)(i, &same) == fmi3OK && same == state);  // its memory is used again
+  EXPECT(F(fmi3GetFMUState)(i, &same) == fmi3OK && same == state);  // the memory of the saved state is reused
   size_t size = 0;
   EXPECT(F(fmi3SerializedFMUStateSize)(i, state, &size) == fmi3OK && size > sizeof(Observer));
   fmi3Byte* bytes = malloc(size);
@@ -134,7 +136,7 @@ static void continues_from_saved_states(void) {
 
   REFUSED(F(fmi3DeserializeFMUState)(fresh, bytes, size - 1, &loaded));
   REFUSED(F(fmi3DeserializeFMUState)(fresh, NULL, size, &loaded));
-  for (size_t n = 0; n < size; ++n) {  // any bit that has flipped is seen
+  for (size_t n = 0; n < size; ++n) {  // a flip of any bit must be detected
     bytes[n] ^= (fmi3Byte)(1U << n % 8);
     REFUSED(F(fmi3DeserializeFMUState)(fresh, bytes, size, &loaded));
     bytes[n] ^= (fmi3Byte)(1U << n % 8);
@@ -150,15 +152,17 @@ static void continues_from_saved_states(void) {
 }
 
 static void takes_only_its_own_token(void) {
-  EXPECT(instance_named("x", "{0}", true, false) == NULL && errors_told() == 1 && strstr(last_message, token) != NULL);
-  EXPECT(instance_named("x", NULL, true, false) == NULL && errors_told() == 1);
-  EXPECT(instance_named(NULL, token, true, false) == NULL && errors_told() == 1);
-  EXPECT(instance_named("x", token, true, true) == NULL && errors_told() == 1);
-  EXPECT(F(fmi3InstantiateCoSimulation)("x", "{0}", NULL, 0, 0, 0, 0, NULL, 0, NULL, NULL, NULL) ==
-         NULL);  // nobody to tell
-  EXPECT(F(fmi3InstantiateModelExchange)("x", token, NULL, false, false, told, note) == NULL && errors_told() == 1);
-  EXPECT(F(fmi3InstantiateScheduledExecution)("x", token, NULL, false, false, told, note, NULL, NULL, NULL) == NULL &&
-         errors_told() == 1);
+  EXPECT(instance_named("x", "{0}", true, false) == NULL && errors_logged() == 1 &&
+         strstr(last_message, token) != NULL);
+  EXPECT(instance_named("x", NULL, true, false) == NULL && errors_logged() == 1);
+  EXPECT(instance_named(NULL, token, true, false) == NULL && errors_logged() == 1);
+  EXPECT(instance_named("x", token, true, true) == NULL && errors_logged() == 1);
+  EXPECT(F(fmi3InstantiateCoSimulation)("x", "{0}", NULL, 0, 0, 0, 0, NULL, 0, NULL, NULL, NULL) == NULL);  // no logger
+  EXPECT(F(fmi3InstantiateModelExchange)("x", token, NULL, false, false, logged, log_message) == NULL &&
+         errors_logged() == 1);
+  EXPECT(F(fmi3InstantiateScheduledExecution)("x", token, NULL, false, false, logged, log_message, NULL, NULL, NULL) ==
+             NULL &&
+         errors_logged() == 1);
 }
 
 static void refuses_wrong_calls(void) {
@@ -173,7 +177,7 @@ static void refuses_wrong_calls(void) {
   EXPECT(F(fmi3EnterInitializationMode)(i, false, 0, 0, true, 10) == fmi3OK);
   REFUSED(F(fmi3EnterInitializationMode)(i, false, 0, 0, false, 0));
 
-  // The latent state before the first reading: all of it, finite, and not later.
+  // The latent state can be set before the first reading: completely, to finite values, and not later.
   Observer observer;
   NAMED(init)(&observer);
   for (int r = 0; r < kNz; ++r) numbers[r] = (double)(observer.z[r] += (Scalar)0.125 * (Scalar)r);
@@ -192,7 +196,7 @@ static void refuses_wrong_calls(void) {
   numbers[0] = 0.5;
   EXPECT(F(fmi3SetFloat64)(i, &measured, 1, numbers, 1) == fmi3OK);
   numbers[0] = 0.75;
-  for (int k = 1; k < 3; ++k) {  // the first is right: it is not taken either
+  for (int k = 1; k < 3; ++k) {  // the first value is valid, but must not be set either
     const fmi3ValueReference pair[] = {measured, wrong[k]};
     REFUSED(F(fmi3SetFloat64)(i, pair, 2, numbers, 2));
     REFUSED(F(fmi3GetFloat64)(i, pair, 2, numbers, 2));
@@ -217,9 +221,9 @@ static void refuses_wrong_calls(void) {
   }
   double elsewhere = 1;
   REFUSED(do_step(i, &elsewhere, 0.01));
-  REFUSED(do_step(i, &time, 10.1));  // behind the stop time
+  REFUSED(do_step(i, &time, 10.1));  // ends after the stop time
   REFUSED(F(fmi3DoStep)(i, time, 0.01, true, NULL, &truth, &truth, numbers));
-  EXPECT(F(fmi3GetFloat64)(i, wrong, 1, got, 1) == fmi3OK && got[0] == 0.5);  // and still it runs
+  EXPECT(F(fmi3GetFloat64)(i, wrong, 1, got, 1) == fmi3OK && got[0] == 0.5);  // the instance still works
   EXPECT(do_step(i, &time, 0.01) <= fmi3Warning && F(fmi3Terminate)(i) == fmi3OK);
   REFUSED(do_step(i, &time, 0.01));
   REFUSED(F(fmi3SetFloat64)(i, &measured, 1, numbers, 1));
@@ -238,36 +242,37 @@ static void refuses_wrong_calls(void) {
   EXPECT(F(fmi3SetDebugLogging)(NULL, true, 0, NULL) == fmi3Error && F(fmi3SetFMUState)(NULL, NULL) == fmi3Error);
   EXPECT(F(fmi3EnterInitializationMode)(NULL, 0, 0, 0, 0, 0) == fmi3Error &&
          F(fmi3ExitInitializationMode)(NULL) == fmi3Error);
-  EXPECT(errors_told() == 0);
+  EXPECT(errors_logged() == 0);
 }
 
 static void tells_what_it_is_asked_to(void) {
   fmi3Instance i = begun(0);
   double time = 0;
-  told[fmi3Warning] = told[fmi3Discard] = 0;
-  EXPECT(do_step(i, &time, 0.01) == fmi3Warning && told[fmi3Warning] == 0);  // nothing was measured, and it is silent
+  logged[fmi3Warning] = logged[fmi3Discard] = 0;
+  EXPECT(do_step(i, &time, 0.01) == fmi3Warning &&
+         logged[fmi3Warning] == 0);  // nothing was measured, and logging is off
   fmi3String categories[] = {"logStatusWarning", "logStatusDiscard"};
   EXPECT(F(fmi3SetDebugLogging)(i, true, 2, categories) == fmi3OK);
   EXPECT(F(fmi3Reset)(i) == fmi3OK && F(fmi3EnterInitializationMode)(i, 0, 0, 0, 0, 0) == fmi3OK &&
          F(fmi3ExitInitializationMode)(i) == fmi3OK);
   time = 0;
   EXPECT(do_step(i, &time, 0.01) == fmi3Warning && do_step(i, &time, 0.01) == fmi3Warning);
-  EXPECT(told[fmi3Warning] == 1 && strcmp(last_category, "logStatusWarning") == 0 &&
-         strstr(last_message, "HELD") != NULL);  // once
+  EXPECT(logged[fmi3Warning] == 1 && strcmp(last_category, "logStatusWarning") == 0 &&
+         strstr(last_message, "HELD") != NULL);  // logged once
   const double before = time;
-  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && told[fmi3Discard] == 1 && time == before);
-  EXPECT(do_step(i, &time, 0.01) == fmi3Warning);  // the long one has left no trace
+  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && logged[fmi3Discard] == 1 && time == before);
+  EXPECT(do_step(i, &time, 0.01) == fmi3Warning);  // the step that was too long changed nothing
   fmi3Int64 status;
   EXPECT(F(fmi3GetInt64)(i, &status_reference, 1, &status, 1) == fmi3OK && status == NAMED(HELD));
   EXPECT(F(fmi3SetDebugLogging)(i, false, 0, NULL) == fmi3OK);
-  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && told[fmi3Discard] == 1);
+  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && logged[fmi3Discard] == 1);
   fmi3String unknown = "logEverything";
   REFUSED(F(fmi3SetDebugLogging)(i, true, 1, &unknown));
   F(fmi3FreeInstance)(i);
 }
 
-// Finite and beyond float is out of range, clamped; infinite is missing.
-static void tells_huge_readings_from_missing_ones(void) {
+// A finite reading beyond float is out of range and clamped; an infinite one is missing.
+static void clamps_huge_readings_and_holds_missing_ones(void) {
   fmi3Instance i = begun(0);
   double time = 0;
   for (int k = 0; k < 4; ++k) {
@@ -289,7 +294,7 @@ static void refuses_what_an_observer_has_no_use_for(void) {
   fmi3Boolean truth = false;
   for (int n = 0; n < 2; ++n) {
     fmi3Instance i = instances[n];
-#define NO(name, ...) EXPECT(F(name)(i __VA_OPT__(, ) __VA_ARGS__) == fmi3Error && errors_told() == 1 - n)
+#define NO(name, ...) EXPECT(F(name)(i __VA_OPT__(, ) __VA_ARGS__) == fmi3Error && errors_logged() == 1 - n)
 #define NO_TYPE(type)                                                    \
   do {                                                                   \
     fmi3##type none[1] = {0};                                            \
@@ -360,7 +365,7 @@ int main(int argc, char** argv) {
   continues_from_saved_states();
   refuses_wrong_calls();
   tells_what_it_is_asked_to();
-  tells_huge_readings_from_missing_ones();
+  clamps_huge_readings_and_holds_missing_ones();
   refuses_what_an_observer_has_no_use_for();
   return 0;
 }

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-// An importer of FMI 2.0 for one FMU. It loads the library, knows no more than modelDescription.xml says, and compares
-// every estimate with the C99 pair, bit for bit. Compiled as load_fmu.c is.
+// An importer of FMI 2.0 for one FMU: it loads the library, uses only what modelDescription.xml declares, and compares
+// all estimates with the C99 pair, bit for bit. Compile it as load_fmu.c.
 //   load_fmu2 LIBRARY modelDescription.xml
 #include "tests/fmi/importer.h"
 
 #include <stdarg.h>
 
-static int told[6];
+static int logged[6];
 static char last_message[400];
-static void note(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                 fmi2String format, ...) {
-  EXPECT(environment == told && name != NULL && strncmp(category, "logStatus", 9) == 0);
-  ++told[status];
+static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                        fmi2String format, ...) {
+  EXPECT(environment == logged && name != NULL && strncmp(category, "logStatus", 9) == 0);
+  ++logged[status];
   va_list values;
   va_start(values, format);
   vsnprintf(last_message, sizeof last_message, format, values);
   va_end(values);
 }
-static const fmi2CallbackFunctions kCallbacks = {note, calloc, free, NULL, told};
-// Whether the call answered with an error and logged one that begins with `function`.
+static const fmi2CallbackFunctions kCallbacks = {log_message, calloc, free, NULL, logged};
+// Returns whether the call returned an error and logged a message that begins with `function`.
 static int is_refused(fmi2Status answer, const char* function) {
-  const int errors = told[fmi2Error];
-  told[fmi2Error] = 0;
+  const int errors = logged[fmi2Error];
+  logged[fmi2Error] = 0;
   return answer == fmi2Error && errors == 1 && strncmp(last_message, function, strlen(function)) == 0;
 }
 
@@ -34,7 +34,7 @@ static fmi2Component begun(double start) {
   return c;
 }
 
-// Steps both over sample `k`, or with its readings halved, and compares all variables.
+// Steps the FMU and the pair over sample `k`, optionally with halved readings, and compares all variables.
 static void step_both(fmi2Component c, double* time, Pair* pair, int k, bool halved) {
   const PairStep want = step_pair(pair, k, halved);
   fmi2ValueReference references[kNy + kNu];
@@ -124,7 +124,7 @@ static void refuses_wrong_calls(void) {
   EXPECT(is_refused(F(fmi2SetupExperiment)(c, 0, 0, 1, 1, 0), "fmi2SetupExperiment: "));
   EXPECT(F(fmi2SetupExperiment)(c, 0, 0, 0, 1, 10) == fmi2OK && F(fmi2EnterInitializationMode)(c) == fmi2OK);
 
-  // The latent state before the first reading, one element of it.
+  // One element of the latent state, before the first reading.
   const fmi2ValueReference measured = reference_of("measured."), estimate = reference_of("estimate."),
                            element = reference_of("initial_z[1]"), array = reference_of("initial_z[1]") + kNz;
   NAMED(observer) observer;
@@ -141,7 +141,7 @@ static void refuses_wrong_calls(void) {
   EXPECT(is_refused(F(fmi2SetReal)(c, &element, 1, &shifted), "fmi2SetReal: "));
   EXPECT(is_refused(F(fmi2GetReal)(c, &array, 1, &got), "fmi2GetReal: "));
 
-  // All values or none.
+  // A call sets all values or none.
   const fmi2ValueReference input_and_output[] = {measured, estimate};
   const double half[] = {0.5, 0.5}, quarter = 0.25;
   EXPECT(F(fmi2SetReal)(c, &measured, 1, &quarter) == fmi2OK);
@@ -174,7 +174,7 @@ static void refuses_wrong_calls(void) {
   EXPECT(F(fmi2GetStringStatus)(c, fmi2PendingStatus, &word) == fmi2Discard);
   fmi2String category = "logStatusDiscard";
   EXPECT(F(fmi2SetDebugLogging)(c, 1, 1, &category) == fmi2OK && F(fmi2DoStep)(c, 0.01, 1e9, 1) == fmi2Discard);
-  EXPECT(told[fmi2Discard] == 1 && strncmp(last_message, "fmi2DoStep: a step of", 21) == 0);
+  EXPECT(logged[fmi2Discard] == 1 && strncmp(last_message, "fmi2DoStep: a step of", 21) == 0);
   F(fmi2FreeInstance)(c);
   F(fmi2FreeInstance)(NULL);
   EXPECT(F(fmi2DoStep)(NULL, 0, 1, 1) == fmi2Error && F(fmi2GetReal)(NULL, &measured, 1, &got) == fmi2Error);

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# FMUs of example models: their descriptions are those of FMI 3.0 and 2.0, their binaries and what their own build description
-# builds, under sanitizers, give the bits of the C99 pair and stand all that load_fmu.c does to them; controls show that each
-# would be seen. With NLO_FMI_SCHEMA, the folder `schema` of the standard's repository, the standard's own schema judges too.
-#   run_fmu.sh EXPORT_MODEL SOURCE_DIR C_COMPILER EXAMPLE:SCALAR... (all: all that C99 has)
+# FMUs of example models: their descriptions follow FMI 3.0 and 2.0. Their binaries, and the binaries that their build
+# description builds with sanitizers, give the bits of the C99 pair and pass load_fmu.c. Controls show that each fault
+# would be detected. With NLO_FMI_SCHEMA, the folder `schema` of the standard's repository, they are also checked
+# against the standard's own schema.
+#   run_fmu.sh EXPORT_MODEL SOURCE_DIR C_COMPILER EXAMPLE:SCALAR... (all: all that C99 supports)
 set -euo pipefail
 export_model=$1 source=$2 tests=$2/tests/fmi cc=$3
 shift 3
@@ -16,13 +17,13 @@ strict=(-std=c99 -O1 -g -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion
 sanitizers=(-fsanitize=address,undefined -fno-sanitize-recover=all)
 fail() { echo "FAILED  $*" && exit 1; }
 
-# valid FILE SCHEMA
+# valid FILE SCHEMA: expects that FILE follows SCHEMA.
 valid() {
   xmllint --noout --relaxng "$tests/descriptions.rng" "$1" 2>"$work/xmllint.txt" || { cat "$work/xmllint.txt"; return 1; }
   if [[ -n ${NLO_FMI_SCHEMA:-} ]]; then xmllint --noout --schema "$NLO_FMI_SCHEMA/$2" "$1"; fi
 }
 
-# built FOLDER LIBRARY: the sources that a description of an FMU names, as a shared library.
+# built FOLDER LIBRARY: compiles the sources that the build description of an FMU lists into a shared library.
 built() {
   local files description=$1/sources/buildDescription.xml
   [[ -e $description ]] || description=$1/modelDescription.xml
@@ -30,7 +31,7 @@ built() {
   (cd "$1/sources" && "$cc" "${strict[@]}" "${sanitizers[@]}" -fPIC -shared "${files[@]}" -o "$2")
 }
 
-# loaded FOLDER LIBRARY: load_fmu.c of the model named as the folder passes.
+# loaded FOLDER LIBRARY: expects that load_fmu.c passes for the model whose name is that of the folder.
 loaded() { "$work/load_$(basename "$1")" "$2" "$1/modelDescription.xml"; }
 
 entries=("$@")
@@ -75,46 +76,46 @@ for entry in "${entries[@]}"; do
   echo "ok      $entry"
 done
 
-# Two exports have the same bytes. The export without a binary has the same files but for that.
+# Two exports have the same bytes. The export without a binary has the same files except the binary.
 "$export_model" "$name" fmu-sources "$scalar" "$name" "$work/sources.fmu"
 mkdir "$work/sources" && unzip -q "$work/sources.fmu" -d "$work/sources"
 [[ $(diff -rq "$work/sources" "$fmu") == "Only in $fmu: binaries" ]] || fail 'the FMU of sources has other files'
 CC=$cc "$export_model" "$name" fmu "$scalar" "$name" "$work/again.fmu" && cmp "$work/again.fmu" "$work/$name.fmu"
 
-# Two FMUs in one program, linked: their functions have names of their own.
+# Two FMUs linked into one program: their functions have different names.
 "$cc" -std=c99 -DFMI3_FUNCTION_PREFIX="${name}_" -c "$fmu/sources/${name}_fmi3.c" -o "$work/linked.o"
-nm "$work/linked.o" | grep -q " T ${name}_fmi3DoStep" || fail 'the prefix of functions is not taken'
+nm "$work/linked.o" | grep -q " T ${name}_fmi3DoStep" || fail 'the prefix of functions is not used'
 
-# Without a compiler nothing is written, and it says what to do.
+# Without a compiler nothing is written, and the error says what to do.
 for compiler in no-such-compiler false; do
   ! CC=$compiler "$export_model" "$name" fmu "$scalar" "$name" "$work/none.fmu" 2>"$work/said.txt" || fail 'an FMU without a compiler'
   [[ ! -e $work/none.fmu ]] && grep -q 'no binary for the FMU: .*--target fmu-sources' "$work/said.txt" || fail "$(cat "$work/said.txt")"
 done
 
-# Controls: half a percent on one weight, with the token of the right one; a state that instances share; an estimate that is
-# not of the latest step; attributes that FMI does not have, elements in another order.
-spoilt() { # WHAT: the library that $work/spoilt builds is refused
-  built "$work/spoilt/$name" "$work/spoilt.so"
-  ! loaded "$fmu" "$work/spoilt.so" >"$work/said.txt" || fail "$1 went unseen"
+# Controls: one weight changed by half a percent under the same token; a state that instances share; an estimate that is
+# one step old; attributes that FMI does not have, and elements in the wrong order.
+altered() { # WHAT: expects that the library built from $work/altered fails
+  built "$work/altered/$name" "$work/altered.so"
+  ! loaded "$fmu" "$work/altered.so" >"$work/said.txt" || fail "$1 was not detected"
   grep -q '^FAILED  line' "$work/said.txt" || fail "$1: $(cat "$work/said.txt")"
 }
-fresh() { rm -rf "$work/spoilt" && mkdir "$work/spoilt" && cp -r "$fmu" "$work/spoilt/$name"; }
+fresh() { rm -rf "$work/altered" && mkdir "$work/altered" && cp -r "$fmu" "$work/altered/$name"; }
 fresh
-"$export_model" "$name" c99 "$scalar" "$name" "$work/spoilt/$name/sources/$name.h" 1.005
-spoilt 'a wrong weight'
+"$export_model" "$name" c99 "$scalar" "$name" "$work/altered/$name/sources/$name.h" 1.005
+altered 'a wrong weight'
 fresh
 sed -i 's/Instance\* const i = calloc(1, sizeof(Instance));/static Instance shared; Instance* const i = \&shared;/; s/{ free(instance); }/{ (void)instance; }/' \
-  "$work/spoilt/$name/sources/${name}_fmi3.c"
-spoilt 'a shared state'
+  "$work/altered/$name/sources/${name}_fmi3.c"
+altered 'a shared state'
 fresh
-sed -i 's/  i->is_estimated = false;//' "$work/spoilt/$name/sources/${name}_fmi3.c"
-spoilt 'an old estimate'
+sed -i 's/  i->is_estimated = false;//' "$work/altered/$name/sources/${name}_fmi3.c"
+altered 'an old estimate'
 sed 's/causality="output"/causality="out"/' "$fmu/modelDescription.xml" >"$work/wrong.xml"
-! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong attribute went unseen'
+! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong attribute was not detected'
 sed 's/<InitialUnknown/<Swapped/; s/<Output/<InitialUnknown/; s/<Swapped/<Output/' "$fmu/modelDescription.xml" >"$work/wrong.xml"
-! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong order went unseen'
+! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong order was not detected'
 sed 's/ variability="discrete"//' "$fmu2/modelDescription.xml" >"$work/wrong.xml"
-! valid "$work/wrong.xml" fmi2ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a status that varies continuously went unseen'
+! valid "$work/wrong.xml" fmi2ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a status that varies continuously was not detected'
 sed -i 's/is_initial ? kInitialLatent : kLatent,/is_initial ? kLatent : kInitialLatent,/' "$fmu2/sources/${name}_fmi2.c"
-built "$fmu2" "$work/spoilt.so"
-! "$work/load2_$name" "$work/spoilt.so" "$fmu2/modelDescription.xml" >"$work/said.txt" || fail 'the initial state in place of z went unseen'
+built "$fmu2" "$work/altered.so"
+! "$work/load2_$name" "$work/altered.so" "$fmu2/modelDescription.xml" >"$work/said.txt" || fail 'the initial state in place of z was not detected'

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers for hostile flights: anything that a sensor, a storage or a flipped bit may produce.
+// Random bits for hostile flights: all numbers that a sensor, a storage or a bit flip may produce.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace nlo::hostile {
 
-/// Source of a flight's bits: a generator (xorshift64*, Vigna 2016), or the bytes of a fuzzer.
+/// Source of bits for a flight: a generator (xorshift64*, Vigna 2016), or the bytes of a fuzzer.
 class Bits {
  public:
   explicit Bits(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ULL + 1) {}
@@ -16,7 +16,7 @@ class Bits {
 
   bool ended() const { return end_ != nullptr && at_ == end_; }
 
-  /// So many bits, 8 to 64, in whole bytes; zeros after the last.
+  /// Returns `bits` bits, 8 to 64, in whole bytes; zeros after the end of the fuzzer's bytes.
   std::uint64_t operator()(int bits) {
     if (end_ == nullptr) {
       state_ ^= state_ >> 12;
@@ -30,8 +30,8 @@ class Bits {
     return value;
   }
 
-  /// Flips a few of the bits there, as storage does.
-  void spoil(void* memory, std::size_t bytes) {
+  /// Flips a few bits of the memory, as damaged storage does.
+  void corrupt(void* memory, std::size_t bytes) {
     auto* to = static_cast<unsigned char*>(memory);
     for (auto flips = (*this)(8) % 4; flips > 0; --flips) {
       const auto bit = (*this)(16);
@@ -45,7 +45,7 @@ class Bits {
   const std::uint8_t *at_ = nullptr, *end_ = nullptr;
 };
 
-/// A number for a sensor whose range is [low, high]: mostly one of those, sometimes beyond, sometimes any bits.
+/// A number for a sensor with the range [low, high]: mostly within it, sometimes beyond, sometimes arbitrary bits.
 template <class Scalar>
 Scalar reading(Bits& bits, Scalar low, Scalar high) {
   using Limits = std::numeric_limits<Scalar>;
@@ -56,7 +56,7 @@ Scalar reading(Bits& bits, Scalar low, Scalar high) {
   if (kind < 24) {
     const std::uint64_t any = bits(8 * sizeof(Scalar));
     Scalar value;
-    std::memcpy(&value, &any, sizeof(value));  // the lower bytes, on this machine
+    std::memcpy(&value, &any, sizeof(value));  // the lower bytes on a little-endian machine
     return value;
   }
   if (kind < 36) return kSpecial[kind - 24];

@@ -12,14 +12,14 @@
 
 namespace nlo::hostile {
 
-/// A C99 observer by its calls, with its monitor where there are such of one: see NLO_C99_CRAFT.
+/// A C99 observer, called through its functions, with its monitor if it has one: see NLO_C99_CRAFT.
 template <class Calls, class Watch>
 class C99Craft {
  public:
   using Scalar = typename Calls::Scalar;
   static constexpr int kNy = Calls::kNy, kNu = Calls::kNu;
 
-  Scalar low(int) const { return Scalar(-4); }  // no call tells the range
+  Scalar low(int) const { return Scalar(-4); }  // C99 has no function for the range
   Scalar high(int) const { return Scalar(4); }
   Scalar period_s() const { return Scalar(0.02); }
 
@@ -46,11 +46,11 @@ class C99Craft {
   bool restore(Bits* damage) {
     const auto restored = [&](auto& own, const auto& calls) {
       auto saved = own;
-      if (damage != nullptr) damage->spoil(&saved, sizeof(saved));
+      if (damage != nullptr) damage->corrupt(&saved, sizeof(saved));
       return calls(&own, &saved);
     };
-    const bool taken = restored(observer, Calls::restore);
-    return restored(monitor, Watch::restore) && taken;
+    const bool accepted = restored(observer, Calls::restore);
+    return restored(monitor, Watch::restore) && accepted;
   }
   void flip(std::uint64_t bit) {
     const std::size_t byte = bit / 8 % (sizeof(observer) + sizeof(monitor));
@@ -92,7 +92,8 @@ class C99Craft {
 
  private:
   static constexpr int kMostChannels = 10;
-  static constexpr long kPatience = Watch::kWatched ? 2000 : 0;  // 100 time constants of the examples' slowest average
+  static constexpr long kPatience =
+      Watch::kWatched ? 2000 : 0;  // 100 time constants of the slowest average of the examples
 
   template <class Step>
   int watched(const Scalar* y, const Step& step) {
@@ -110,7 +111,7 @@ class C99Craft {
   Scalar level = 0;
 };
 
-/// No monitor, by its calls.
+/// Calls for an observer without a monitor.
 struct Unwatched {
   static constexpr bool kWatched = false;
   struct Monitor {};
@@ -130,7 +131,7 @@ struct Unwatched {
 
 }  // namespace nlo::hostile
 
-/// The craft of an exported pair of C99 with NU inputs, with its monitor or without.
+/// Declares the craft of an exported C99 pair with NU inputs, with or without a monitor.
 #define NLO_C99_CRAFT_OF(NAME, SCALAR, NU, WATCH)                                                   \
   struct NAME##_calls {                                                                             \
     using Scalar = SCALAR;                                                                          \

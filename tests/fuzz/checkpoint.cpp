@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A checkpoint in use: a training goes on from what its bytes say. The first are a checkpoint's own, which steps have
-// written; the input replaces what stands after its heading, in pieces "where, how long, what", and the checksum is
-// made right: a forged checkpoint is to be refused for what it says.
+// A training resumes from a checkpoint with forged bytes. The input replaces parts of a valid checkpoint after its
+// heading, in pieces (offset, length, bytes), and the checksum is then corrected, so that the checkpoint must be
+// refused for its content.
 #include "trainer/learn/training/checkpoint.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct Rig {
   }
 };
 
-/// Pieces of `whole` replaced by those of the input; one that begins beyond the end cuts it there.
+/// Returns `whole` with the pieces of the input; a piece that begins beyond the end cuts the text there.
 std::string forged(std::string whole, const std::uint8_t* bytes, std::size_t size) {
   constexpr std::size_t kHeading = 17 + sizeof(std::uint64_t), kSum = sizeof(std::uint64_t);
   whole.resize(whole.size() - kSum);

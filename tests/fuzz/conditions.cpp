@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Conditions to compare under, in the units of a plant with two states and one output.
+// Conditions for a comparison, scaled for a plant with two states and one output.
 #include "trainer/judge/compare/conditions.h"
 
 #include "tests/fuzz/fuzz.h"

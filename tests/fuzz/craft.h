@@ -12,7 +12,7 @@
 
 namespace nlo::hostile {
 
-/// A C++ observer, with its monitor where there is a model of one.
+/// A C++ observer, with its monitor if there is a model of one.
 template <class Observer, class MonitorModel = void>
 class CppCraft {
  public:
@@ -32,7 +32,7 @@ class CppCraft {
   Scalar high(int j) const { return observer_.model().outputs.max[j]; }
   Scalar period_s() const { return observer_.model().sample_period_s; }
 
-  /// Over `dt_s` where it is given.
+  /// Steps over `dt_s` if it is given.
   template <class... Dt>
   int step(const Scalar* y, const Scalar* u, Dt... dt_s) {
     return watched(y, [&](const Output& given) {
@@ -52,7 +52,7 @@ class CppCraft {
         return observer_.step_missed();
     });
   }
-  /// A step where there is no steady state to start from.
+  /// A plain step if there is no steady state to start from.
   int warm_start(const Scalar* y, const Scalar* u) {
     if constexpr (!Observer::Model::kHasSteadyState)
       return step(y, u);
@@ -65,19 +65,19 @@ class CppCraft {
       });
   }
   void reset() { observer_.reset(); }
-  /// From what is saved, with some of its bits flipped where `damage` is given. False: refused.
+  /// Restores the saved state, with some of its bits flipped if `damage` is given. Returns false if it is refused.
   bool restore(Bits* damage) {
     auto state = observer_.save();
-    if (damage != nullptr) damage->spoil(&state, sizeof(state));
-    const bool taken = observer_.restore(state);
+    if (damage != nullptr) damage->corrupt(&state, sizeof(state));
+    const bool accepted = observer_.restore(state);
     if constexpr (kWatched) {
       auto statistics = monitor_.save();
-      if (damage != nullptr) damage->spoil(&statistics, sizeof(statistics));
-      return monitor_.restore(statistics) && taken;
+      if (damage != nullptr) damage->corrupt(&statistics, sizeof(statistics));
+      return monitor_.restore(statistics) && accepted;
     }
-    return taken;
+    return accepted;
   }
-  /// A bit of what follows the pointers to the models.
+  /// Flips a bit in the memory after the pointers to the models.
   void flip(std::uint64_t bit) {
     constexpr std::size_t kPointer = sizeof(void*), kOwn = sizeof(Observer) - kPointer;
     constexpr std::size_t kAll = kOwn + (kWatched ? sizeof(Watch) - kPointer : 0);
@@ -98,7 +98,7 @@ class CppCraft {
     return all_finite(observer_.estimate());
   }
 
-  /// The monitor's fault; null: none.
+  /// Returns what is wrong with the monitor; null if nothing is.
   const char* monitor_fault() const {
     if constexpr (kWatched) {
       const Alarm alarm = monitor_.alarm();
@@ -112,7 +112,8 @@ class CppCraft {
     }
     return nullptr;
   }
-  /// Samples after which a dead sensor is an alarm: until it is armed, and 40 time constants of its slowest average.
+  /// Samples after which a dead sensor must raise an alarm: the time until the monitor is armed, plus 40 time constants
+  /// of its slowest average.
   long patience() const { return patience_; }
   bool alarms() const {
     if constexpr (kWatched) return monitor_.alarm() != Alarm::kNone;
@@ -157,7 +158,7 @@ class CppCraft {
 
 }  // namespace nlo::hostile
 
-/// The craft of an exported C++ header, with its monitor or without.
+/// Declares the craft of an exported C++ header, with or without a monitor.
 #define NLO_CPP_CRAFT(NAME)                                          \
   void fly_##NAME(nlo::hostile::Bits& bits, long steps) {            \
     using Craft = nlo::hostile::CppCraft<nlo::NAME::Observer>;       \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An experiment file with --set: lines "#--set SECTION.KEY=VALUE" of it are given as such.
+// An experiment file with --set options: a line "#--set SECTION.KEY=VALUE" becomes an option.
 #include "trainer/experiments/load_experiment.h"
 
 #include <vector>

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Flights with random events: measurements, inputs and time steps of any bits, damaged states from storage, and bit
 // flips in the memory of an observer and of its monitor. After each step:
-//   - the status exists and equals the observer's
+//   - the status exists and equals the status of the observer
 //   - z is finite, and restore() accepts the state of save()
 //   - an estimate with a good status is finite
-//   - a monitor's level is finite, and its alarm follows from its level
-// Now and then the sensor is dead for long. Then the observer has to report kStale and the monitor has to alarm, after
-// any past. Each observer, C++ or C99, flies behind the same calls, as a craft (craft.h).
+//   - the level of a monitor is finite, and its alarm follows from its level
+// At regular intervals the sensor is dead for a long time. Then the observer must report kStale and the monitor must
+// raise an alarm, whatever happened before. Each observer, C++ or C99, flies behind the same calls, as a craft
+// (craft.h).
 #pragma once
 
 #include <cstdio>
@@ -16,13 +17,13 @@
 
 namespace nlo::hostile {
 
-/// Ends the program with which craft failed in what.
+/// Ends the program and names the craft and the property that failed.
 [[noreturn]] inline void crash(const char* craft, const char* what) {
-  std::fprintf(stderr, "%s: not so: %s\n", craft, what);
+  std::fprintf(stderr, "%s: property violated: %s\n", craft, what);
   std::abort();
 }
 
-/// So many steps, or until the bits end.
+/// Flies `steps` steps, or until the bits end.
 template <class Craft>
 void fly(Craft craft, const char* name, Bits& bits, long steps) {
   using Scalar = typename Craft::Scalar;
@@ -31,17 +32,17 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
   constexpr int kHeld = 2, kStale = 3, kDiverged = 6, kReset = 7;  // values of StepStatus
   static_assert(Craft::kNu <= kMostInputs);
   Scalar y[Craft::kNy], u[kMostInputs] = {};
-  // An angle that was flipped to thousands of turns comes back into its first in as many steps as it has digits; what a
-  // monitor's averages were given they forget in its patience.
+  // An angle that a bit flip has moved by thousands of turns returns to its first turn in as many steps as the number
+  // of turns has digits. The averages of a monitor forget a flip within its patience.
   constexpr int kHealing = 4;
-  int healing = 0;     // steps, with measurements that are used as they come, until a flip is gone from the observer
-  long forgotten = 0;  // sample by which it is gone from the monitor
+  int healing = 0;     // steps with unchanged measurements until the observer has recovered from a flip
+  long forgotten = 0;  // sample by which the monitor has recovered from it
   const auto check = [&](bool holds, const char* what) {
     if (!holds) crash(name, what);
   };
   const auto check_step = [&](int status) {
     check(status >= 0 && status <= kReset, "a status is one there is");
-    const int said = craft.status();  // kReset, too, where a step was rejected and a bit has flipped
+    const int said = craft.status();  // also kReset, if a step was rejected and a bit had flipped
     check(said == status || said == kReset, "the observer says what its step said");
     check(said == kReset || craft.latent_is_finite(), "z is finite");
     check(said > kHeld || craft.estimate_is_finite(), "an estimate with a good status is finite");
@@ -51,11 +52,12 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
   const auto fly_with_a_dead_sensor = [&](long samples) {
     for (Scalar& input : u) input = 0;
     for (int j = 0; j < Craft::kNy; ++j) y[j] = craft.low(j) / 2 + craft.high(j) / 2;
-    // A flip may have left z at 2^100: until it has decayed, a monitor keeps kMostRejected in a row away.
+    // A flip may have moved z to 2^100. Until z has decayed, the gate of a monitor rejects kMostRejected readings in a
+    // row.
     int status = kHeld;
     for (long k = 0; k < kMostHeld && status >= kHeld && status != kDiverged; ++k)
       check_step(status = craft.step(y, u));
-    check(status < kHeld || status == kDiverged, "good measurements are taken, whatever came before");
+    check(status < kHeld || status == kDiverged, "good measurements are accepted, whatever came before");
     long missed = 0;
     while (status != kStale && missed++ < kMostHeld) check_step(status = craft.step_missed(u));
     check(status == kStale, "a dead sensor makes the observer stale");
@@ -89,12 +91,12 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
     }
     if (status == 0 && healing > 0) --healing;
     check_step(status);
-    // Once for so long that what counts in 16 bits is full.
+    // The first dead time is long enough to saturate counters of 16 bits.
     if (k % kDeadEvery == kDeadEvery - 1) fly_with_a_dead_sensor(k < kDeadEvery ? kMostHeld : craft.patience());
   }
 }
 
-/// All that were compiled into the program.
+/// All crafts that were compiled into the program.
 struct NamedCraft {
   const char* name;
   void (*fly)(Bits& bits, long steps);

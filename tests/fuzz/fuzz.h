@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Common code of fuzzing targets: an input is either accepted or refused by an Error with a reason. Any other exception
-// ends the program, as a sanitizer's finding does.
+// Common code of fuzz targets: an input is either accepted, or refused by an Error with a reason. Any other exception
+// ends the program, as a finding of a sanitizer does.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +21,9 @@ inline std::string_view text_of(const std::uint8_t* bytes, std::size_t size) {
   return {reinterpret_cast<const char*>(bytes), size};
 }
 
-/// True where `work` came to its end, false where it refused its input.
+/// Returns true if `work` finished, false if it refused its input.
 template <class Work>
-bool takes(const Work& work) {
+bool accepts(const Work& work) {
   try {
     work();
     return true;
@@ -33,14 +33,14 @@ bool takes(const Work& work) {
   }
 }
 
-/// Ends the program with a word, unless `holds`.
+/// Ends the program with a message, unless `holds`.
 inline void require(bool holds, const char* what) {
   if (holds) return;
-  std::fprintf(stderr, "not so: %s\n", what);
+  std::fprintf(stderr, "property violated: %s\n", what);
   std::abort();
 }
 
-/// Before the line `mark` and after it; all of it and nothing where there is no such line.
+/// The text before the line `mark` and the text after it; everything and nothing if there is no such line.
 struct Parts {
   std::string_view before, after;
 };

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Hostile flight of every shipped experiment of a plant, and of the pendulum from logs: trained for a few steps, given a
-# monitor, exported in every format and language that takes it, compiled with sanitizers and flown.
-#   hostile_shipped.sh NLO EXPORT_MODEL SOURCE_DIR MILLIONS [EXPERIMENT...]   MILLIONS: of steps, of all together
+# Hostile flights of each shipped experiment of a plant, and of the pendulum from logs: trained for a few steps, given a
+# monitor, exported in each format and language that supports it, compiled with sanitizers and flown.
+#   hostile_shipped.sh NLO EXPORT_MODEL SOURCE_DIR MILLIONS [EXPERIMENT...]   MILLIONS: total number of steps
 set -euo pipefail
 nlo=$1 export_model=$2 source=$3 millions=$4
 shift 4
@@ -15,7 +15,7 @@ if (($# == 0)); then
   experiments+=("$source/tests/data/pendulum/pendulum.toml")
 fi
 
-# One crafts' name for each model, and in what it is asked to be exported.
+# For each model, its crafts: name and export format.
 crafts=()
 for experiment in "${experiments[@]}"; do
   name=${experiment##*/} name=${name%.toml} folder=$work/${experiment//\//_}
@@ -25,7 +25,7 @@ for experiment in "${experiments[@]}"; do
   [[ $experiment == *.toml ]] || file=$source/trainer/experiments/$experiment.toml
   (cd "$work" && "$nlo" train "$file" "${brief[@]}" -o "$folder" >"$folder.txt" 2>&1) || [[ -f $folder/model.json ]] ||
     { echo "FAILED  $experiment was not trained" && tail -n 5 "$folder.txt" && exit 1; }
-  "$nlo" monitor "$folder/model.json" --hours 0.02 --runs 0 >"$folder.txt" 2>&1 || true # not every plant can be watched so briefly
+  "$nlo" monitor "$folder/model.json" --hours 0.02 --runs 0 >"$folder.txt" 2>&1 || true # for some plants these runs are too short for a monitor
   mv "$folder/model.json" "$work/${experiment//[^a-zA-Z0-9]/_}.json"
   model=$work/${experiment//[^a-zA-Z0-9]/_}.json
   for kind in cpp_float cpp_double cpp_int16 c99_float c99_double c99_int16; do crafts+=("$kind:$model"); done

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The file of an identification: equations to compile, names to find, ranges to start from.
+// The file of an identification: equations to compile, names to find, initial ranges.
 #include "trainer/experiments/load_identification.h"
 
 #include "tests/fuzz/fuzz.h"

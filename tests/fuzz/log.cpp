@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A log and the experiment that says what its columns are: TOML, the line "#--log", CSV.
+// A log with the experiment that describes its columns: TOML, the line "#--log", CSV.
 #include <cmath>
 #include <fstream>
 

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const std::string json = codegen::to_json(model);
   fuzzing::require(codegen::to_json(codegen::parse_model(json, "again.json")) == json, "a model comes back as written");
   codegen::ExportOptions options;
-  // int16 looks for its scales in a thousand flights: one in 64 is enough.
+  // int16 searches its scales in a thousand flights, so only one input in 64 uses it.
   options.scalar = size % 64 == 0 ? codegen::ScalarType::kInt16 : static_cast<codegen::ScalarType>(size % 2);
   fuzzing::takes([&] {
     const codegen::PreparedExport prepared(model, options);

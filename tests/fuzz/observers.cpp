@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Observers and monitors, driven by bytes: the first byte chooses the observer, the others are events.
+// Observers and monitors, driven by the bytes of the fuzzer: the first byte chooses the observer, the others are
+// events.
 #include "tests/fuzz/flight.h"
 #include "tests/fuzz/fuzz.h"
 

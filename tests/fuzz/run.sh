@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Each fuzzing target for its share of MINUTES, as many at a time as there are cores, from its seeds and what earlier runs
-# have found (BUILD/tests/fuzz/corpus). A line for each: executions, edges of the program that were reached, and the
-# file of an input that crashed, hung or leaked. Exit 1 where there is one.
+# Runs each fuzz target for its share of MINUTES, as many at a time as there are cores, from its initial inputs and
+# those that earlier runs have found (BUILD/tests/fuzz/corpus). Prints a line for each: executions, edges reached in the
+# program, and the file of an input that crashed, hung or leaked. The exit code is 1 if there is one.
 #   run.sh BUILD MINUTES [TARGET...]   TARGET: model, experiment, ... all of them by default
 set -euo pipefail
 folder=$1/tests/fuzz minutes=$2
@@ -29,7 +29,7 @@ fuzz() {
     /Test unit written to/ {written = $NF}
     END {printf "%-6s  %-15s %12d executions, %6d a second, %6d edges %s\n", outcome, name, executions, rate, edges, written}
   ' "$folder/$name.log"
-  [[ $outcome == ok ]] || { grep -m 1 -A 12 -E 'ERROR: |runtime error|not so: ' "$folder/$name.log" || tail -n 5 "$folder/$name.log"; }
+  [[ $outcome == ok ]] || { grep -m 1 -A 12 -E 'ERROR: |runtime error|property violated: ' "$folder/$name.log" || tail -n 5 "$folder/$name.log"; }
   [[ $outcome == ok ]]
 }
 export -f fuzz

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Exports and their crafts (craft.h, c99_craft.h) in FOLDER: a source of each kind, one of each export in C99, and one with the table
-# of all.
+# Writes exports and their crafts (craft.h, c99_craft.h) into FOLDER: a source for each kind, one for each export in
+# C99, and one with the table of all.
 #   write_fleet.sh EXPORT_MODEL FOLDER KIND:EXAMPLE...   KIND: cpp_float, cpp_double, cpp_int16, c99_float, ...
 set -eu
 export_model=$1 folder=$2
@@ -24,7 +24,7 @@ for craft in "$@"; do
   printf '#include "%s.h"\n' "$name" >>"fleet_$kind.cpp"
   if [ "$language" = c99 ]; then
     inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$name.h")
-    if [ "$scalar" = int16 ]; then scalar=float; fi # but for T*
+    if [ "$scalar" = int16 ]; then scalar=float; fi # only T* is int16
     watched=$(sed -n "s/^${name}_alarm ${name}_watch(.*/WATCHED_/p" "$name.h")
     echo "NLO_C99_${watched}CRAFT($name, $scalar, ${inputs:-0})" >>"fleet_$kind.cpp"
   elif grep -q 'using Monitor ' "$name.h"; then

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The example models as files, and libFuzzer's list of them.
+# Writes the example models as files, and their list for libFuzzer.
 #   write_models.sh EXPORT_MODEL FOLDER LIST [MORE_FILES...]
 set -eu
 export_model=$1 folder=$2 list=$3

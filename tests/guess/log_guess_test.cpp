@@ -29,7 +29,7 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 
 class LogGuess : public testing::Test {
  protected:
-  /// A log of `rows` rows; `cells` writes row k.
+  /// Writes a log of `rows` rows; `cells` returns the text of row k.
   std::string write(const std::string& file, const std::string& header, const std::function<std::string(int)>& cells,
                     int rows = 200) const {
     std::string text = header + "\n";
@@ -45,7 +45,7 @@ class LogGuess : public testing::Test {
   ScratchDirectory folder_;
 };
 
-/// Cells, each f(k), with commas between.
+/// Joins cells by commas.
 std::string row(std::initializer_list<double> cells) {
   std::string text;
   for (const double cell : cells) text += (text.empty() ? "" : ",") + shortest_text(cell);
@@ -83,19 +83,20 @@ TEST_F(LogGuess, ReadsRolesUnitsAndTheClockOfARig) {
   EXPECT_THAT(log.undecided(), IsEmpty());
 }
 
-TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
+TEST_F(LogGuess, LeavesRolesOpenThatNumbersDoNotShow) {
   const auto cells = [](int k) {
     return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), 0.5 * std::sin(0.3 * k)});
   };
   const GuessedLog open = guess("time,position,velocity,strain", cells);
   EXPECT_THAT(open.undecided(), ElementsAre("position", "velocity", "strain"));
   EXPECT_EQ(open.count(ColumnRole::kOutput) + open.count(ColumnRole::kState), 0U);
-  const GuessedLog told = guess("time,position,velocity,strain", cells, {{"velocity"}, {"position"}, {"strain"}, 0.0});
-  EXPECT_THAT(told.undecided(), IsEmpty());
-  EXPECT_EQ(column(told, "velocity").role, ColumnRole::kState);
-  EXPECT_EQ(column(told, "position").role, ColumnRole::kOutput);
-  EXPECT_EQ(column(told, "strain").role, ColumnRole::kInput);
-  // A measured column may be the truth, too: then it stands for two columns.
+  const GuessedLog with_hints =
+      guess("time,position,velocity,strain", cells, {{"velocity"}, {"position"}, {"strain"}, 0.0});
+  EXPECT_THAT(with_hints.undecided(), IsEmpty());
+  EXPECT_EQ(column(with_hints, "velocity").role, ColumnRole::kState);
+  EXPECT_EQ(column(with_hints, "position").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(with_hints, "strain").role, ColumnRole::kInput);
+  // A measured column may also be the truth; it is then listed as two columns.
   const GuessedLog both =
       guess("time,position,velocity,strain", cells, {{"position", "velocity"}, {"position"}, {}, 0.0});
   EXPECT_EQ(column(both, "position").role, ColumnRole::kState);
@@ -104,7 +105,7 @@ TEST_F(LogGuess, LeavesOpenRolesThatNumbersDoNotShow) {
   EXPECT_EQ(column(both, "strain").why, "no option names it");
 }
 
-TEST_F(LogGuess, TakesAColumnWithAValueInEachNthRowForASlowSensor) {
+TEST_F(LogGuess, TreatsAColumnWithAValueInEveryNthRowAsASlowSensor) {
   const auto log = [](int period, bool slow_truth) {
     return [=](int k) {
       const auto slow = [&](double value) { return k % period == 0 ? shortest_text(value) : std::string(); };
@@ -122,10 +123,10 @@ TEST_F(LogGuess, TakesAColumnWithAValueInEachNthRowForASlowSensor) {
   EXPECT_EQ(column(one_rate, "pos").role, ColumnRole::kState) << "control";
   EXPECT_EQ(column(one_rate, "pos").period_s, 0.0);
   const GuessedLog slow_truth = guess("time,acc,pos,v", log(20, true));
-  EXPECT_EQ(column(slow_truth, "pos").role, ColumnRole::kState) << "control: all of the rest are slow";
+  EXPECT_EQ(column(slow_truth, "pos").role, ColumnRole::kState) << "control: all other columns are slow";
 }
 
-/// Roles of columns with these headings, in their order, each with numbers of its own that move.
+/// Roles of columns with these headings, in their order; each column has its own varying numbers.
 std::vector<ColumnRole> roles_of(const std::vector<std::string>& headings) {
   std::vector<Heading> parsed;
   for (const std::string& heading : headings) parsed.push_back(read_heading(heading, headings));
@@ -134,31 +135,31 @@ std::vector<ColumnRole> roles_of(const std::vector<std::string>& headings) {
   return roles;
 }
 
-TEST(RoleWord, IsOfWholeWordsInAnyCaseWithOrWithoutANumber) {
+TEST(RoleWord, MatchesWholeWordsInAnyCaseWithOrWithoutANumber) {
   constexpr auto kIn = ColumnRole::kInput, kOut = ColumnRole::kOutput, kNone = ColumnRole::kIgnored;
   EXPECT_THAT(roles_of({"cmd_vel.linear.x", "cmdVel", "Motor PWM2", "STEERING", "u_cmd", "SteeringWheelAngle [deg]"}),
               testing::Each(kIn));
   EXPECT_THAT(roles_of({"leftWheelSpeed", "IMUGyroZ", "odom/twist/x", "encoder_1", "hall3"}), testing::Each(kOut));
   EXPECT_THAT(roles_of({"ax", "ay", "gx", "gz"}), testing::Each(kOut));
   EXPECT_THAT(roles_of({"ax", "gx"}), testing::Each(kNone)) << "control: one axis alone is a name";
-  // Controls: parts of words.
+  // Controls: parts of words do not count.
   EXPECT_THAT(roles_of({"cmdr", "refraction", "wheelhouse", "modest", "i_d", "throttled"}), testing::Each(kNone));
 }
 
-TEST(RoleWord, TakesASetPointForAnInputOnlyWhereNoCommandFollowsFromIt) {
+TEST(RoleWord, TreatsASetPointAsAnInputOnlyIfNoCommandFollowsFromIt) {
   EXPECT_THAT(roles_of({"speed", "set_point"}), ElementsAre(ColumnRole::kIgnored, ColumnRole::kInput));
   EXPECT_THAT(roles_of({"SpeedRef", "steering_ref", "duty"}),
               ElementsAre(ColumnRole::kIgnored, ColumnRole::kInput, ColumnRole::kInput));
 }
 
-TEST(RoleWord, MeasuresTheVoltageOfABatteryAndCommandsThatOfAMotor) {
+TEST(RoleWord, VoltageIsMeasuredForABatteryAndCommandedForAMotor) {
   EXPECT_THAT(roles_of({"Voltage(V)", "Current(A)", "T", "SoC"}),
               ElementsAre(ColumnRole::kOutput, ColumnRole::kInput, ColumnRole::kOutput, ColumnRole::kState));
   EXPECT_THAT(roles_of({"voltage", "current", "T", "battery_voltage"}),
               ElementsAre(ColumnRole::kInput, ColumnRole::kIgnored, ColumnRole::kIgnored, ColumnRole::kIgnored));
 }
 
-TEST_F(LogGuess, TakesNoClockForATruthThatIsToBeEstimated) {
+TEST_F(LogGuess, NeverTreatsTheClockAsATruthToEstimate) {
   const GuessedLog log = guess("time,ros_stamp,uptime_ms,gyro,angle,T", [](int k) {
     return row({0.01 * k, 1.7e9 + 0.01 * k + 0.001 * (k % 3), 10.0 * k + k % 2, std::sin(0.1 * k), std::cos(0.1 * k),
                 20.0 + std::sin(0.2 * k)});
@@ -170,10 +171,10 @@ TEST_F(LogGuess, TakesNoClockForATruthThatIsToBeEstimated) {
   }
   EXPECT_EQ(column(log, "angle").role, ColumnRole::kState) << "control";
   EXPECT_EQ(column(log, "t").role, ColumnRole::kState) << "control: it goes up and down";
-  EXPECT_THAT(log.notes, IsEmpty()) << "the clock is found before T is tried";
+  EXPECT_THAT(log.notes, IsEmpty()) << "the clock is found before T is considered";
 }
 
-TEST_F(LogGuess, AsksForOneColumnWhereAStampIsInTwo) {
+TEST_F(LogGuess, AsksForOneColumnIfStampsAreSplitInTwo) {
   const auto cells = [](int k) {
     return std::to_string(1700000000 + k / 50) + "," + std::to_string(k % 50 * 20000000) + "," +
            row({std::sin(0.1 * k), std::cos(0.1 * k)});
@@ -187,10 +188,10 @@ TEST_F(LogGuess, AsksForOneColumnWhereAStampIsInTwo) {
     return row({0.02 * k}) + "," + cells(k).substr(0, cells(k).rfind(','));
   });
   EXPECT_EQ(with_time.clock.heading, "time");
-  EXPECT_THAT(with_time.notes, IsEmpty()) << "control: another column is the clock";
+  EXPECT_THAT(with_time.notes, IsEmpty()) << "control: another column is the clock, so nothing is asked";
 }
 
-TEST_F(LogGuess, TakesAQuantityOfSensorsForATruthOnlyWhereNothingElseIsLeft) {
+TEST_F(LogGuess, TreatsAMeasurableQuantityAsTruthOnlyIfNothingElseIsLeft) {
   const auto cells = [](int k) {
     return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), std::sin(0.3 * k), std::sin(0.2 * k)});
   };
@@ -215,7 +216,7 @@ TEST_F(LogGuess, NamesTheNearestColumnOfAWrongHint) {
               HasSubstr("--states velocty: there is no such column; did you mean \"velocity\"?"));
 }
 
-TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
+TEST_F(LogGuess, DetectsAnglesThatJumpByATurn) {
   const auto wrapped = [](double angle, double turn) { return angle - turn * std::floor(angle / turn + 0.5); };
   const GuessedLog log = guess("t,arm_sensor,heading_sensor,swing_sensor,square_sensor", [&](int k) {
     return row({0.01 * k, wrapped(0.2 * k, kTurn), wrapped(7.0 * k, 360.0) + 180.0, 3.1 * std::sin(0.1 * k),
@@ -225,13 +226,13 @@ TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
   EXPECT_EQ(column(log, "arm_sensor").unit, "rad");
   EXPECT_EQ(column(log, "heading_sensor").wrap, 360.0);
   EXPECT_EQ(column(log, "heading_sensor").unit, "deg");
-  EXPECT_EQ(column(log, "swing_sensor").wrap, 0.0) << "as wide, but it turns back";
-  // No truth in the log: the rates of angles can be computed from it.
+  EXPECT_EQ(column(log, "swing_sensor").wrap, 0.0) << "its range is as wide, but it never jumps";
+  // No truth in the log: the rates of the angles can be computed from the log.
   EXPECT_EQ(column(log, "arm_sensor_rate").derivative_of, "arm_sensor");
   EXPECT_EQ(column(log, "arm_sensor_rate").unit, "rad/s");
 }
 
-TEST_F(LogGuess, ProposesAWrapFromUnitAndRangeWhereNoLogCrossesIt) {
+TEST_F(LogGuess, ProposesAWrapFromUnitAndRangeIfNoLogCrossesIt) {
   const GuessedLog log = guess(
       "t,yaw_sensor_deg,arm_sensor_rad,turret_sensor_deg,pitch_sensor_deg,rate_sensor_dps,joint_sensor_deg", [](int k) {
         const double swing = std::sin(0.1 * k);
@@ -242,8 +243,8 @@ TEST_F(LogGuess, ProposesAWrapFromUnitAndRangeWhereNoLogCrossesIt) {
   EXPECT_FALSE(column(log, "yaw_sensor").jumps);
   EXPECT_NEAR(column(log, "arm_sensor").wrap, kTurn, 1e-12);
   EXPECT_EQ(column(log, "turret_sensor").wrap, 360.0);
-  EXPECT_EQ(column(log, "pitch_sensor").wrap, 0.0) << "control: an angle up to a right one";
-  EXPECT_EQ(column(log, "rate_sensor").wrap, 0.0) << "control: no angle by its unit";
+  EXPECT_EQ(column(log, "pitch_sensor").wrap, 0.0) << "control: an angle below 90 degrees";
+  EXPECT_EQ(column(log, "rate_sensor").wrap, 0.0) << "control: its unit is not that of an angle";
   EXPECT_EQ(column(log, "joint_sensor").wrap, 0.0) << "control: far from half a turn";
   const GuessedLog wide = guess("t,yaw_sensor_deg,north_sensor_deg", [](int k) {
     return row({0.01 * k, 200.0 * std::sin(0.1 * k), 174.0 + 0.1 * std::sin(0.1 * k)});
@@ -252,7 +253,7 @@ TEST_F(LogGuess, ProposesAWrapFromUnitAndRangeWhereNoLogCrossesIt) {
   EXPECT_EQ(column(wide, "north_sensor").wrap, 0.0) << "control: hardly moves";
 }
 
-TEST_F(LogGuess, KeepsAClockWithAFewDoubtfulStampsAndSaysWhich) {
+TEST_F(LogGuess, KeepsAClockWithAFewWrongStampsAndNamesThem) {
   const GuessedLog log = guess("time,y", [](int k) {
     return row({k == 50 ? 0.0 : 0.01 * (k % 40 == 3 ? k - 1 : k < 150 ? k : k - 150), std::sin(0.1 * k)});
   });
@@ -265,7 +266,7 @@ TEST_F(LogGuess, KeepsAClockWithAFewDoubtfulStampsAndSaysWhich) {
                                      HasSubstr("log.csv:5: the stamp 0.02 is that of the row before")));
 }
 
-TEST_F(LogGuess, ReadsTimesOfDayAndInventsNoPeriod) {
+TEST_F(LogGuess, ReadsTimesOfDayWithoutInventingAPeriod) {
   const auto clock = [](int k) {
     const std::string two = std::to_string(100 + k % 60);
     return "2026-11-20T10:0" + std::to_string(k / 60) + ":" + two.substr(1) + "Z," + shortest_text(std::sin(0.1 * k));
@@ -281,7 +282,7 @@ TEST_F(LogGuess, ReadsTimesOfDayAndInventsNoPeriod) {
   EXPECT_THAT(none.notes, ElementsAre(HasSubstr("\"time\" is named like a time, and cannot be the clock:")));
 }
 
-TEST_F(LogGuess, TakesUnitsFromTheRowBelowTheHeadings) {
+TEST_F(LogGuess, ReadsUnitsFromTheRowBelowTheHeadings) {
   std::string text = "Logger 2.1\n\ntime,angle,rate\nms,[rad],rad/s\n";
   for (int k = 0; k < 50; ++k) text += row({10.0 * k, std::sin(0.1 * k), std::cos(0.1 * k)}) + "\n";
   const GuessedLog log = guess_log({folder_.write("units.csv", text)}, {});
@@ -305,27 +306,27 @@ TEST_F(LogGuess, ReadsEachFileByItsOwnFormatAndLeavesDoubledHeadingsOut) {
   EXPECT_EQ(log.format.separator, ',');
   EXPECT_NEAR(log.clock.period_s, 0.01, 1e-12);
   ASSERT_EQ(log.columns.size(), 1U);
-  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("b.csv: separates its cells or decimals otherwise than"),
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("b.csv: separates its cells or decimals differently from"),
                                      HasSubstr("\"x\" is the heading of several columns: none of them is read")));
 }
 
-TEST_F(LogGuess, ProposesCellsThatStandForNoValueAsMissing) {
+TEST_F(LogGuess, ProposesMissingForCellsThatMeanNoValue) {
   const GuessedLog log = guess("time,y_sensor,z_sensor,motor_cmd,x_true", [](int k) {
     return row({0.01 * k, k % 50 == 7 ? -9999.0 : std::sin(0.1 * k)}) + "," +
            (k % 50 == 9 ? "ERR" : shortest_text(std::sin(0.2 * k))) + "," +
            row({k % 100 < 4 ? 100.0 : std::sin(0.3 * k), std::cos(0.1 * k)});
   });
   EXPECT_THAT(column(log, "y_sensor").missing, ElementsAre("-9999"));
-  EXPECT_GT(column(log, "y_sensor").low, -1.1) << "its range is that of the others";
+  EXPECT_GT(column(log, "y_sensor").low, -1.1) << "its range is that of the other cells";
   EXPECT_THAT(column(log, "z_sensor").missing, ElementsAre("ERR"));
   EXPECT_EQ(column(log, "z_sensor").role, ColumnRole::kOutput);
-  EXPECT_THAT(column(log, "motor_cmd").missing, IsEmpty()) << "a command at its end stop";
+  EXPECT_THAT(column(log, "motor_cmd").missing, IsEmpty()) << "a command at its limit";
   EXPECT_THAT(column(log, "x_true").missing, IsEmpty());
   EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:9: \"y_sensor\" is -9999 there and in 2 % of its rows"),
                                      HasSubstr("log.csv:11: \"z_sensor\" is \"ERR\" there and in 2 % of its rows")));
 }
 
-TEST_F(LogGuess, TakesAColumnOfWordsForNoNumbers) {
+TEST_F(LogGuess, IgnoresAColumnOfWords) {
   const GuessedLog log = guess("time,y_sensor,mode", [](int k) {
     return row({0.01 * k, std::sin(0.1 * k)}) + (k % 5 == 0 ? ",1" : k % 2 == 0 ? ",idle" : ",run");
   });
@@ -333,7 +334,7 @@ TEST_F(LogGuess, TakesAColumnOfWordsForNoNumbers) {
   EXPECT_THAT(column(log, "mode").missing, IsEmpty());
 }
 
-TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
+TEST_F(LogGuess, FindsTheUnitOfStampsWithoutAUnit) {
   const auto unit = [&](double step) {
     return guess("time,y", [step](int k) { return row({step * k, std::sin(0.1 * k)}); }).clock.unit;
   };
@@ -363,7 +364,7 @@ TEST_F(LogGuess, IgnoresEmptyColumnsAndSaysWhy) {
   EXPECT_THAT(column(log, "note").why, HasSubstr("no numbers: \"ok\""));
 }
 
-TEST_F(LogGuess, TakesTheRowsForTheClockOnlyWhenToldHowFarTheyAreApart) {
+TEST_F(LogGuess, UsesRowsAsTheClockOnlyIfTheirPeriodIsGiven) {
   const auto cells = [](int k) { return row({std::sin(0.1 * k), std::cos(0.1 * k)}); };
   EXPECT_EQ(guess("y,x1", cells).clock.period_s, 0.0);
   EXPECT_EQ(guess("y,x1", cells, {{}, {}, {}, 0.005}).clock.period_s, 0.005);
@@ -412,7 +413,7 @@ struct Row {
   const char *heading, *name, *unit;
 };
 
-TEST(Heading, TellsNameAndUnitApart) {
+TEST(Heading, SplitsAHeadingIntoNameAndUnit) {
   for (const Row& row : std::vector<Row>{{"height_m", "height", "m"},
                                          {"gyro x [rad/s]", "gyro_x", "rad/s"},
                                          {"temp (degC)", "temp", "degC"},
@@ -434,7 +435,7 @@ TEST(Heading, TellsNameAndUnitApart) {
   }
 }
 
-TEST(Heading, TakesALetterOfASeriesForNoUnit) {
+TEST(Heading, DoesNotReadALetterOfASeriesAsAUnit) {
   EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).unit, "");
   EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).name, "phase_a");
   EXPECT_EQ(read_heading("phase_a", {"phase_a"}).unit, "A");
@@ -452,7 +453,7 @@ void expect(const char* text, char separator, char decimal) {
   EXPECT_EQ(format.decimal, decimal) << text;
 }
 
-TEST(CsvFormatGuess, SeesSeparatorAndDecimal) {
+TEST(CsvFormatGuess, FindsSeparatorAndDecimalMark) {
   expect("t,x\n0,1.5\n1,2.5\n", ',', '.');
   expect("t;x\n0;1.5\n1;2.5\n", ';', '.');
   expect("t;x\n0,0;1,5\n0,1;2,5\n", ';', ',');
@@ -470,7 +471,7 @@ TEST(CsvFormatGuess, LeavesFilesWithoutATableToTheReader) {
   expect("x\n1\n2\n", ',', '.');
   expect("\"a;b\",c\n1,2\n", ',', '.');           // quotes hold a separator
   expect("gyro x,gyro y\n1,2\n3,4\n", ',', '.');  // blanks in headings separate nothing
-  expect("t;x\n0;1,5\n1;2.5\n", ';', '.');        // both: whatever it is, it is said by the reader
+  expect("t;x\n0;1,5\n1;2.5\n", ';', '.');        // both decimals occur: the reader reports the error
 }
 
 }  // namespace

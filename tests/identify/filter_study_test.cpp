@@ -49,22 +49,22 @@ double settled_rmse(const FilterStudy& study, const std::string& estimator) {
 TEST(FilterStudy, FiltersWithThePlantBeatEstimatorsWithoutIt) {
   const FilterStudy study = study_of(pendulum_identification(), test::kSquare);
   EXPECT_EQ(study.tuned_on, "the validation logs");
-  EXPECT_LT(rmse(study, "ekf"), 0.12);  // for a rate of some 4 rad/s; mostly from the first samples
+  EXPECT_LT(rmse(study, "ekf"), 0.12);  // of a rate of about 4 rad/s; the error comes mostly from the first samples
   EXPECT_NEAR(rmse(study, "ukf") / rmse(study, "ekf"), 1.0, 0.2);
   for (const char* other : {"static_ridge", "constant"})
     EXPECT_GT(rmse(study, other), 3.0 * rmse(study, "ekf")) << other;
   EXPECT_GT(rmse(study_of(pendulum_identification(), 2.0 * test::kSquare), "ekf"), 1.3 * rmse(study, "ekf"))
-      << "control: a wrong parameter costs";
+      << "control: a wrong parameter increases the error";
 }
 
-TEST(FilterStudy, StartsWhereItIsToldTo) {
+TEST(FilterStudy, StartsAtTheGivenTimes) {
   Identification identification = pendulum_identification({"identify.from_s=[0.0, 1.0]"});
   const FilterStudy study = study_of(identification, test::kSquare);
   EXPECT_EQ(study.entries.front().metrics.files.size(), 6u) << "three logs, twice each";
   EXPECT_EQ(study_of(pendulum_identification(), test::kSquare).entries.front().metrics.files.size(), 3u);
 }
 
-/// The rate is measured; the angle may be anywhere at the start, which is what the initial deviation says.
+/// The rate is measured; the initial angle may be anywhere, which the initial deviation declares.
 FilterStudy study_of_hidden_angle(double initial_deviation) {
   std::string text = test::kPendulumIdentification;
   const auto replace = [&](const std::string& old, const std::string& by) {
@@ -87,7 +87,7 @@ FilterStudy study_of_hidden_angle(double initial_deviation) {
     std::swap(split->outputs, split->states);
     for (Trajectory& run : split->trajectories) {
       std::swap(run.outputs, run.states);
-      const double sign = ++runs % 2 == 0 ? -1.0 : 1.0;  // the mirror image is another run of the same plant
+      const double sign = ++runs % 2 == 0 ? -1.0 : 1.0;  // the mirror image is also a run of the same plant
       for (Eigen::MatrixXd* channels : {&run.outputs, &run.states, &run.inputs}) *channels *= sign;
       for (double& rate : run.outputs.reshaped()) rate += 0.1 * normal(engine);
     }
@@ -97,17 +97,18 @@ FilterStudy study_of_hidden_angle(double initial_deviation) {
                        resolve_columns(identification.log), pool);
 }
 
-TEST(FilterStudy, FindsAHiddenAngleWhereverItStarts) {
-  const double anywhere = 2.0 * 3.141592653589793 / std::sqrt(12.0);  // the deviation of any angle
+TEST(FilterStudy, FindsAHiddenAngleFromAnyInitialValue) {
+  const double anywhere = 2.0 * 3.141592653589793 / std::sqrt(12.0);  // standard deviation of a uniform angle
   const FilterStudy bank = study_of_hidden_angle(1.001 * anywhere), one = study_of_hidden_angle(0.999 * anywhere);
   for (const char* filter : {"ekf", "ukf"}) {
-    EXPECT_LT(settled_rmse(bank, filter), 0.02) << filter << ", rad; .0116 and .0103";
-    EXPECT_GT(settled_rmse(one, filter), 2.0 * settled_rmse(bank, filter)) << filter << ", control: from 3.5 rad alone";
+    EXPECT_LT(settled_rmse(bank, filter), 0.02) << filter << ", measured: .0116 and .0103 rad";
+    EXPECT_GT(settled_rmse(one, filter), 2.0 * settled_rmse(bank, filter))
+        << filter << ", control: a single filter that starts at 3.5 rad";
   }
   EXPECT_GT(bank.entries.front().cost.operations, 16.0 * one.entries.front().cost.operations);
 }
 
-TEST(CoordinateSearch, FindsTheLeastCostInDecadesAndNeverTakesNaN) {
+TEST(CoordinateSearch, FindsTheSmallestCostInDecadesAndNeverChoosesNaN) {
   const VectorXd least = Eigen::Vector3d(-2.0, 1.5, 0.25);
   const CostsOf costs = [&](const std::vector<VectorXd>& points) {
     std::vector<double> result;
@@ -128,7 +129,7 @@ TEST(StepCost, CountsOperatorsAndCalls) {
     return std::pair{c.operations, c.functions};
   };
   EXPECT_EQ(cost("a"), std::pair(0.0, 0.0));
-  EXPECT_EQ(cost("-a + b * 2.5"), std::pair(2.0, 0.0)) << "a sign is no operation";
+  EXPECT_EQ(cost("-a + b * 2.5"), std::pair(2.0, 0.0)) << "a sign is not counted as an operation";
   EXPECT_EQ(cost("(a + b) / (-c)"), std::pair(2.0, 0.0));
   EXPECT_EQ(cost("sin(a) - tanh (b / 1e-3)"), std::pair(2.0, 2.0));
   EXPECT_EQ(cost("a^2 + b^3 + c^2.5"), std::pair(5.0, 1.0));
@@ -142,9 +143,9 @@ TEST(StepCost, GrowsWithTheStepsOfASample) {
   };
   const StepCost one = cost(PointSet::kExtended, {});
   const StepCost two = cost(PointSet::kExtended, {"identify.longest_step_s=0.01"});
-  // 2 n_x + 1 = 5 points, 4 stages of 4 operations and a sine, 26 to combine them
+  // 2 n_x + 1 = 5 points; 4 stages with 4 operations and a sine each; 26 operations to combine the stages.
   EXPECT_NEAR(two.operations - one.operations, 5.0 * (4.0 * 4.0 + 26.0), 1e-9);
-  EXPECT_EQ(one.functions, 5.0 * 4.0 + 3.0) << "and the roots of two pivots and of one output's update";
+  EXPECT_EQ(one.functions, 5.0 * 4.0 + 3.0) << "also the roots of two pivots and of the update of one output";
   EXPECT_GT(cost(PointSet::kUnscented, {}).operations, one.operations) << "more columns to triangularise";
 }
 
@@ -189,8 +190,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"[identify]", "[observer]",
                 "unknown key \"observer\" in the identification; there are: name, threads, plant, log, identify"}));
 
-TEST(Identification, TheOneThatTheMistakesAreMadeInIsRight) {
-  const Identification pendulum = test::pendulum_identification();  // the control of all of them
+TEST(Identification, TextWithoutMistakesIsAccepted) {
+  const Identification pendulum = test::pendulum_identification();  // the control for all mistakes
   EXPECT_EQ(pendulum.plant.parameters.size(), 2u);
   EXPECT_EQ(pendulum.identify.segment_s, 2.0);
   EXPECT_EQ(test::pendulum_identification({"identify.segment_s=0.5"}).identify.segment_s, 0.5);
@@ -202,7 +203,7 @@ TEST(Identification, NeedsItsSections) {
               testing::ThrowsMessage<codegen::Error>(testing::HasSubstr("there is no [log]")));
 }
 
-TEST(Identification, EveryShippedOneReads) {
+TEST(Identification, EveryShippedIdentificationIsValid) {
   EXPECT_GE(shipped_identifications().size(), 6u);
   for (const ShippedExperiment& shipped : shipped_identifications())
     EXPECT_EQ(parse_identification(shipped.text, std::string(shipped.name)).name, shipped.name);

@@ -32,7 +32,7 @@ IdentificationResult identified(const Identification& identification, const Data
   return identify(identification, logs, {}, pool, stop);
 }
 
-/// y = a u1 + b u2 (+ s, which rests and is each segment's own), 30 samples a segment.
+/// y = a u1 + b u2 + s, where the state s is constant and each segment has its own; 30 samples a segment.
 std::string regression(const std::string& deviation, const std::string& parameters = "{ a = 1.0, b = 1.0 }") {
   return R"(name = "line"
 [plant]
@@ -59,7 +59,7 @@ columns = [{ name = "y", role = "output" }, { name = "u1", role = "input" }, { n
 }
 
 Dataset regression_logs() {
-  constexpr Index kSamples = 121;  // four segments and what is left of them
+  constexpr Index kSamples = 121;  // four segments and a remainder
   Dataset logs{{{"y", "", 0.0}}, {{"s", "", 0.0}}, 0.1, true, {Trajectory()}};
   logs.inputs = {{"u1", "", 0.0}, {"u2", "", 0.0}};
   Trajectory& run = logs.trajectories[0];
@@ -74,8 +74,8 @@ Dataset regression_logs() {
   return logs;
 }
 
-/// Ordinary least squares on the first 120 samples: coefficients and s^2 (X'X)^-1, with a column for each segment's own
-/// level or without.
+/// Ordinary least squares on the first 120 samples: coefficients and s^2 (X'X)^-1. If `levels`, each segment also has a
+/// constant.
 std::pair<VectorXd, MatrixXd> least_squares(const Dataset& logs, bool levels) {
   const Index n = 120;
   MatrixXd x = MatrixXd::Zero(n, levels ? 6 : 2);
@@ -87,7 +87,7 @@ std::pair<VectorXd, MatrixXd> least_squares(const Dataset& logs, bool levels) {
   return {b, (y - x * b).squaredNorm() / static_cast<double>(n - x.cols()) * normal};
 }
 
-TEST(Identify, IsLinearRegressionWhereTheOutputIsLinear) {
+TEST(Identify, EqualsLinearRegressionIfTheOutputIsLinear) {
   const Dataset logs = regression_logs();
   for (const bool levels : {false, true}) {
     const auto result = identified(parse_identification(regression(levels ? "1e4" : "0.0"), "line.toml"), logs);
@@ -95,7 +95,7 @@ TEST(Identify, IsLinearRegressionWhereTheOutputIsLinear) {
     EXPECT_EQ(result.segments, 4);
     EXPECT_NEAR(result.degrees_of_freedom, levels ? 114.0 : 118.0, 1e-3);
     for (const auto& [name, i] : {std::pair{"a", 0}, std::pair{"b", 1}}) {
-      // Forward differences of 1e-7, and levels that a deviation of 1e4 leaves free.
+      // Forward differences of 1e-7, and levels that their prior deviation of 1e4 hardly holds.
       EXPECT_NEAR(parameter(result, name).value, b[i], 1e-5);
       EXPECT_NEAR(parameter(result, name).standard_error, std::sqrt(covariance(i, i)), 1e-5);
     }
@@ -105,7 +105,7 @@ TEST(Identify, IsLinearRegressionWhereTheOutputIsLinear) {
   EXPECT_GT((with - without).head(2).cwiseAbs().maxCoeff(), 1e-3) << "control: the levels matter";
 }
 
-TEST(Identify, ErrorsBySegmentsAreThoseOfClusteredResiduals) {
+TEST(Identify, ErrorsBySegmentsEqualThoseOfClusteredResiduals) {
   const Dataset logs = regression_logs();
   const auto result = identified(parse_identification(regression("0.0"), "line.toml"), logs);
   const MatrixXd x = logs.trajectories[0].inputs.leftCols(120).transpose();
@@ -131,7 +131,7 @@ TEST(Identify, ErrorsLieWithinTheStandardErrorsOverManyLogs) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const auto result = identified(identification, pendulum_logs(seed));
     EXPECT_EQ(result.outcome, "converged");
-    EXPECT_NEAR(result.residual_deviation, 1.0, 0.15) << "[identify] noise is the logs' own";
+    EXPECT_NEAR(result.residual_deviation, 1.0, 0.15) << "[identify] noise is the true noise of the logs";
     for (const auto& [name, truth] : {std::pair{"w2", test::kSquare}, std::pair{"c", test::kDamping}}) {
       const ParameterEstimate& p = parameter(result, name);
       const double score = (p.value - truth) / p.standard_error;
@@ -140,14 +140,14 @@ TEST(Identify, ErrorsLieWithinTheStandardErrorsOverManyLogs) {
       worst = std::max(worst, std::abs(score));
     }
   }
-  // 40 scores of unit variance: their mean square is chi-squared, within .6 and 1.5 but for 1 in 50.
+  // 40 squared scores of unit variance: their mean is chi-squared, within .6 and 1.5 with a probability of 98 %.
   EXPECT_GT(squares / (2 * kSeeds), 0.6);
   EXPECT_LT(squares / (2 * kSeeds), 1.5);
   EXPECT_LT(worst, 3.5);
-  EXPECT_GT(clustered / (2 * kSeeds), 0.5);  // four segments alone: these errors are rough
+  EXPECT_GT(clustered / (2 * kSeeds), 0.5);  // only four segments, so these errors are rough
 }
 
-TEST(Identify, StepsAreAsLongAsTheStampsSay) {
+TEST(Identify, StepsFollowTheTimeStamps) {
   Dataset logs = pendulum_logs(7);
   const auto far = [&] {
     const ParameterEstimate& p = parameter(identified(pendulum_identification(), logs), "w2");
@@ -168,7 +168,7 @@ TEST(Identify, NamesParametersThatTheLogsDoNotDetermine) {
   EXPECT_FALSE(parameter(apart, "a").unidentified);
   EXPECT_TRUE(parameter(apart, "b").unidentified);
   EXPECT_TRUE(parameter(apart, "d").unidentified);
-  EXPECT_THAT(to_text(apart), HasSubstr("b, d: the logs do not tell them apart"));
+  EXPECT_THAT(to_text(apart), HasSubstr("b, d: the logs do not determine them separately"));
   const auto fixed = identified(parse_identification(text, "line.toml", {"identify.fixed=[\"d\"]"}), logs);
   EXPECT_FALSE(parameter(fixed, "b").unidentified) << "control";
   EXPECT_NEAR(parameter(fixed, "b").value, -1.0, 0.3);
@@ -176,7 +176,7 @@ TEST(Identify, NamesParametersThatTheLogsDoNotDetermine) {
   EXPECT_TRUE(parameter(fixed, "d").fixed);
 }
 
-TEST(Identify, AParameterStaysWithinItsRangeAndSaysWhenItIsAtTheEnd) {
+TEST(Identify, AParameterStaysWithinItsRangeAndReportsWhenItIsAtALimit) {
   const Dataset logs = pendulum_logs(2);
   const auto within = [&](const std::string& range) {
     return parameter(
@@ -187,7 +187,8 @@ TEST(Identify, AParameterStaysWithinItsRangeAndSaysWhenItIsAtTheEnd) {
   EXPECT_FALSE(within("[5.0, 30.0]").at_bound) << "control";
   EXPECT_NEAR(within("[5.0, 30.0]").value, test::kSquare, 0.3);
   const double free = parameter(identified(pendulum_identification(), logs), "w2").standard_error;
-  EXPECT_NEAR(within("[5.0, 30.0]").standard_error, free, 1e-3 * free) << "in its own unit, whatever the search moves";
+  EXPECT_NEAR(within("[5.0, 30.0]").standard_error, free, 1e-3 * free)
+      << "in the unit of the parameter, also if the search uses another scale";
 }
 
 TEST(Identify, ThreadsDoNotChangeABit) {
@@ -208,14 +209,14 @@ TEST(Identify, AngleJumpsAreFollowed) {
   EXPECT_NEAR(parameter(identified(pendulum_identification(), logs), "w2").value, before, 1e-3);
 }
 
-TEST(Identify, StopsWhenItIsToldTo) {
+TEST(Identify, StopsOnRequest) {
   const std::atomic<bool> stop{true};
   const auto result = identified(pendulum_identification(), pendulum_logs(1), 1, &stop);
   EXPECT_TRUE(result.stopped);
-  EXPECT_EQ(parameter(result, "w2").value, 15.0) << "it has not begun";
+  EXPECT_EQ(parameter(result, "w2").value, 15.0) << "the search has not begun";
 }
 
-TEST(Identify, RefusesLogsThatAreShorterThanASegmentAndStartsThatLeaveEveryScale) {
+TEST(Identify, RefusesLogsShorterThanASegmentAndDivergingStartValues) {
   const Dataset logs = pendulum_logs(1);
   EXPECT_THAT([&] { identified(pendulum_identification({"identify.segment_s=100.0"}), logs); },
               testing::ThrowsMessage<codegen::Error>(HasSubstr("segment_s = 100 s is longer than every log")));

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Targets and dependencies of each component of find_package(nlo), and the runtime alone as a subdirectory.
+# Targets and dependencies of each component of find_package(nlo), and the runtime as a subdirectory.
 #   usage: components_test.sh SOURCE_DIR WORK_DIR     WORK_DIR has prefix/ (the installed package) and van_der_pol.h
 set -eu
 source=$1 work=$2
@@ -13,7 +13,8 @@ fail() {
 mkdir -p "$work/user"
 cp "$(dirname "$0")/flies.cpp" "$work/van_der_pol.h" "$work/user"
 
-# user NAME FIND LIBRARY [CHECK]: the project NAME, which finds nlo by the line FIND and links LIBRARY; CHECK: more CMake
+# user NAME FIND LIBRARY [CHECK]: writes the project NAME, which finds nlo by the line FIND and links LIBRARY; CHECK:
+# more CMake
 user() {
   mkdir -p "$work/$1"
   cat >"$work/$1/CMakeLists.txt" <<END
@@ -28,21 +29,21 @@ if("$3" STREQUAL "nlo::eigen")
 endif()
 END
 }
-# configured NAME [ARGUMENT...]: whether the project configures, against the package in prefix/
+# configured NAME [ARGUMENT...]: succeeds if the project configures with the package in prefix/
 configured() {
   name=$1
   shift
   cmake -G Ninja -S "$work/$name" -B "$work/$name/build" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_PREFIX_PATH=$work/prefix" \
     -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF "$@" >"$work/$name.log" 2>&1
 }
-# flies NAME [ARGUMENT...]: the project configures, builds and runs
+# flies NAME [ARGUMENT...]: expects that the project configures, builds and runs
 flies() {
   configured "$@" || { cat "$work/$1.log"; fail "$1 does not configure"; }
   cmake --build "$work/$1/build" >>"$work/$1.log" 2>&1 || { cat "$work/$1.log"; fail "$1 does not build"; }
   "$work/$1/build/flies" >"$work/$1.out" || fail "$1 does not run"
   echo "ok       $1: $(cat "$work/$1.out")"
 }
-# refuses NAME WORDS [ARGUMENT...]: the project does not configure, and its error has these words
+# refuses NAME WORDS [ARGUMENT...]: expects that the project does not configure and its error has these words
 refuses() {
   name=$1 words=$2
   shift 2
@@ -72,14 +73,15 @@ refuses eigen_missing "the component eigen wants Eigen 3.4" $no_eigen
 user unknown "find_package(nlo REQUIRED COMPONENTS trainer)" nlo::runtime
 refuses unknown "there is no component trainer: the components are runtime, eigen and program"
 
-# The runtime alone, as a subdirectory: what it looks for would be in the cache as NAME_DIR, and a second of this
-# process's children is more than it may take.
+# The runtime as a subdirectory: a package that it searched for would be in the cache as NAME_DIR, and configuring it
+# may take at most a second of processor time.
 user subdirectory "set(NLO_RUNTIME_ONLY ON)
 add_subdirectory($source nlo)" nlo::runtime "$only_runtime"
 flies subdirectory
 if found=$(grep '_DIR:PATH=' "$work/subdirectory/build/CMakeCache.txt"); then fail "packages were looked for: $found"; fi
 
-# children_ms: processor time of this shell's children so far. `times` must not run in a subshell, which has none.
+# children_ms: processor time of this shell's children so far. `times` must not run in a subshell, which has no
+# children.
 children_ms() {
   times >"$work/times.txt"
   children_ms=$(awk 'NR == 2 { gsub("s", ""); for (i = 1; i <= 2; ++i) { split($i, t, "m"); ms += (60 * t[1] + t[2]) * 1000 } print int(ms) }' "$work/times.txt")

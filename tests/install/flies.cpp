@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A user's program: runs the exported observer, and reports if Eigen was available.
+// A user's program: runs the exported observer, and reports whether Eigen was available.
 #include <cstdio>
 
 #include "van_der_pol.h"

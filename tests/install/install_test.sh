@@ -1,13 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# A user's project, outside of this tree, finds the installed package, generates a header from a model file and runs.
+# A project outside of this tree finds the installed package, generates a header from a model file and runs.
 #   usage: install_test.sh SOURCE_DIR BUILD_DIR WORK_DIR
 set -eu
 source=$1 build=$2 work=$3
 here=$(dirname "$0")
 rm -rf "$work"
 mkdir -p "$work"
-cp -r "$source/examples" "$work/examples" # nothing of the tree is in reach by a relative path
+cp -r "$source/examples" "$work/examples" # a copy, so that no relative path reaches this tree
 
 fail() {
   echo "FAILED: $*"

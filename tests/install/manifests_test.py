@@ -4,8 +4,8 @@
 
 usage: manifests_test.py SOURCE_DIR NLO WORK_DIR
 
-Neither PlatformIO nor Conan runs here. The test does with the two files what their documentation says that they do:
-copy what is exported, put the named folders on the include path, call the recipe's methods. Then it compiles and runs an
+Neither PlatformIO nor Conan runs here. The test follows their documentation:
+it copies the exported files, sets the include path and calls the methods of the recipe. Then it compiles and runs an
 exported observer with these headers alone.
 """
 import fnmatch
@@ -22,20 +22,20 @@ SOURCE, NLO, WORK = (pathlib.Path(argument).resolve() for argument in sys.argv[1
 
 
 def flies(name, include_dirs, standard):
-    """Compiles and runs flies.cpp in an empty folder with van_der_pol.h and these include folders."""
+    """Compiles and runs flies.cpp in an empty folder that holds van_der_pol.h, with these include folders."""
     folder = WORK / name / "project"
     folder.mkdir(parents=True)
     shutil.copy(SOURCE / "tests/install/flies.cpp", folder)
     subprocess.run([NLO, "export", SOURCE / "examples/models/van_der_pol.json", "--quiet", "-o", folder / "van_der_pol.h"], check=True)
     command = ["g++", f"-std={standard}", "-o", "flies", "flies.cpp", *(f"-I{path}" for path in include_dirs)]
     if subprocess.run(command[:5], cwd=folder, capture_output=True).returncode == 0:
-        sys.exit(f"FAILED: {name}: it compiles without the package too: this test shows nothing")
+        sys.exit(f"FAILED: {name}: it compiles even without the package, so the test proves nothing")
     subprocess.run(command, cwd=folder, check=True)
     print(f"ok       {name}: {subprocess.run([folder / 'flies'], check=True, capture_output=True, text=True).stdout.strip()}")
 
 
 def copy_matching(patterns, source, target):
-    """Files below source whose path matches a pattern, or lies in a folder that does."""
+    """Copies the files below source whose path, or whose folder, matches a pattern."""
     copied = 0
     for file in sorted(source.rglob("*")):
         path = file.relative_to(source)
@@ -48,7 +48,7 @@ def copy_matching(patterns, source, target):
 
 def platformio():
     manifest = json.loads((SOURCE / "library.json").read_text())
-    # The limits of PlatformIO's own schema.
+    # Limits of PlatformIO's schema.
     limits = {"name": r"[a-zA-Z\d][a-zA-Z\d-]{,48}[a-zA-Z\d]", "version": r"\d+\.\d+\.\d+", "description": r".{1,255}",
               "license": "MIT", "frameworks": r"\*", "platforms": r"\*"}
     faults = [key for key, pattern in limits.items() if not re.fullmatch(pattern, manifest[key])]

@@ -1,9 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The Debian packages: what they say, what is in them, and that they install into an empty root, work there and go again.
+# The Debian packages: their descriptions, their files, and that they can be installed into an empty root, used and
+# removed.
 #   usage: package_test.sh SOURCE_DIR BUILD_DIR WORK_DIR [--portable]
-#   without --portable  packs the program of BUILD_DIR, which may run on this machine only
-#   --portable          the target `package`, which builds the program apart, for any processor
+#   without --portable  packs the program of BUILD_DIR, which may need the processor of this machine
+#   --portable          builds the target `package`: the program built again for any processor
 set -eu
 source=$1 build=$2 work=$3 portable=${4:-}
 for program in dpkg dpkg-deb dpkg-shlibdeps file pkg-config help2man; do
@@ -17,9 +18,9 @@ fail() {
   exit 1
 }
 logged() { "$@" >"$work/log" 2>&1 || { cat "$work/log"; fail "$*"; }; }
-# same WHAT EXPECTED FOUND
+# same WHAT EXPECTED FOUND: expects that two texts are equal
 same() { if [ "$2" = "$3" ]; then echo "ok       $1: $2"; else fail "$1: expected \"$2\", found \"$3\""; fi; }
-# wide_vectors PROGRAM: how many of its instructions use AVX registers
+# wide_vectors PROGRAM: prints how many of its instructions use AVX registers
 wide_vectors() { objdump -d --no-show-raw-insn "$1" | grep -cE '%[yz]mm' || true; }
 
 if [ "$portable" ]; then
@@ -41,7 +42,7 @@ same 'the headers are for' all "$(dpkg-deb -f "$headers" Architecture)"
 same 'the headers need' '' "$(dpkg-deb -f "$headers" Depends)"
 needs=$(dpkg-deb -f "$program" Depends)
 for library in libc6 'libfmt[0-9]+' 'libmuparser[0-9v]+' libstdc[+]+6; do
-  echo "$needs" | grep -qE "(^|, )$library( |,|$)" || fail "the program needs $library, and says only: $needs"
+  echo "$needs" | grep -qE "(^|, )$library( |,|$)" || fail "the program needs $library, but depends only on: $needs"
 done
 echo "ok       the program needs $needs"
 same 'the library needs' libc6 "$(dpkg-deb -f "$c_library" Depends | sed 's/ (.*//')"
@@ -55,7 +56,7 @@ for package in "$program" "$headers" "$c_library" "$python"; do
   if dpkg-deb -c "$package" | grep -vE '^(d|-)rwxr-xr-x root/root|^-rw-r--r-- root/root|^lrwxrwxrwx root/root'; then fail "$package: owner or mode of these"; fi
 done
 
-# Into an empty root, which has the database of a system without packages.
+# Install into an empty root with the package database of a system without packages.
 root=$work/root
 : >"$root/var/lib/dpkg/status"
 # libnlo-model's script calls ldconfig, which would write the cache of this system.
@@ -66,7 +67,7 @@ in_root() {
   PATH="$work/bin:$PATH" logged dpkg --root="$root" --log="$work/dpkg.log" \
     --force-not-root,depends,bad-path,script-chrootless "$@"
 }
-in_root --install "$program" "$headers" "$c_library" "$python" # dpkg refuses a file that both have
+in_root --install "$program" "$headers" "$c_library" "$python" # dpkg refuses a file that two packages have
 same 'files that are not as packed' '' "$(dpkg --root="$root" --verify 2>&1)"
 for package in nlo libnlo-dev libnlo-model python3-nlo; do
   cmp "$source/LICENSE" "$root/usr/share/doc/$package/copyright"
@@ -91,7 +92,7 @@ if [ "$portable" ] && [ "$machine" = amd64 ]; then
   fi
 fi
 
-# Used: by its program, by CMake and by pkg-config.
+# Use the packages: by the program, CMake and pkg-config.
 same 'nlo --version' "nlo $version" "$("$root/usr/bin/nlo" --version)"
 same 'nlo-prove --version' "nlo-prove $version" "$("$root/usr/bin/nlo-prove" --version)"
 same 'nlo-reproduce --version' "nlo-reproduce $version" "$("$root/usr/bin/nlo-reproduce" --version)"

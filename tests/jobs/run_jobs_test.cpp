@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lists of jobs: which are run, found, stopped and failed. The progress bar of many trainings. Trainings that are
-// stored in a folder, whatever happens to it.
+// Lists of jobs: which jobs are run, found finished, stopped and failed. The progress bar of many trainings. Trainings
+// that are kept in a folder whose files may be damaged.
 #include "trainer/app/jobs/run_jobs.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ Job job(const std::string& name, std::function<JobEnd(const JobContext&)> work) 
   return {name, 1.0, std::move(work)};
 }
 
-TEST(RunJobs, OneByOneTheyRunInTheirOrderEachOnAllThreads) {
+TEST(RunJobs, RunsJobsInOrderWithAllThreadsIfOneAtATime) {
   std::vector<std::string> ran;
   const auto note = [&](const JobContext& context) {
     ran.push_back(context.name + " " + std::to_string(context.threads));
@@ -49,8 +49,8 @@ TEST(RunJobs, OneByOneTheyRunInTheirOrderEachOnAllThreads) {
   EXPECT_EQ(result.left, 0U);
 }
 
-/// Each waits for the other: one by one they would wait for ever, but for the minute.
-TEST(RunJobs, SideBySideTheyShareTheThreads) {
+/// Each job waits for the other. If they ran one by one, the first would wait until its limit of a minute.
+TEST(RunJobs, SharesTheThreadsIfJobsRunInParallel) {
   std::atomic<int> inside{0}, threads{0};
   const auto meet = [&](const JobContext& context) {
     threads += context.threads;
@@ -64,7 +64,7 @@ TEST(RunJobs, SideBySideTheyShareTheThreads) {
   EXPECT_EQ(run_jobs({}, {.threads = 4}).left, 0U);
 }
 
-TEST(RunJobs, AStopLeavesTheRestAndSaysHowToGoOn) {
+TEST(RunJobs, AStopKeepsTheFinishedJobsAndSaysHowToContinue) {
   std::atomic<bool> stop{false};
   const auto stops = [&](const JobContext& context) {
     stop.store(true);
@@ -76,7 +76,7 @@ TEST(RunJobs, AStopLeavesTheRestAndSaysHowToGoOn) {
   EXPECT_EQ(result.done, 1U);
   EXPECT_EQ(result.left, 2U);
   EXPECT_EQ(result.interrupted_text("nlo more"), "interrupted with 2 of 3 trainings left; to continue: nlo more");
-  // A job that ends by an exception because it was stopped has not failed.
+  // A job that throws because it was stopped has not failed.
   stop.store(false);
   const auto throws = [&](const JobContext&) -> JobEnd {
     stop.store(true);
@@ -87,7 +87,7 @@ TEST(RunJobs, AStopLeavesTheRestAndSaysHowToGoOn) {
   EXPECT_TRUE(thrown.failures.empty());
 }
 
-TEST(RunJobs, AFailureKeepsOthersFromStartingUnlessTheyAreToGoOn) {
+TEST(RunJobs, AFailureStopsTheOtherJobsUnlessTheyAreToldToContinue) {
   const auto fails = [](const JobContext& context) -> JobEnd { throw std::runtime_error(context.name); };
   const auto done = [](const JobContext&) { return JobEnd::kDone; };
   const std::vector<Job> jobs = {job("a", fails), job("b", done), job("c", fails)};
@@ -106,7 +106,7 @@ TEST(RunJobs, AFailureKeepsOthersFromStartingUnlessTheyAreToGoOn) {
   EXPECT_NO_THROW(run_jobs({job("b", done)}, {}).check());
 }
 
-TEST(RunJobs, TheDisplayCountsTrainedJobsAndNotFoundOnes) {
+TEST(RunJobs, DisplayCountsJobsThatAreTrainedAndOmitsFinishedOnes) {
   std::FILE* file = std::tmpfile();
   {
     StatusLine line(file, StatusLine::Mode::kLog, true);
@@ -137,14 +137,14 @@ TEST(JobsBar, FitsItsColumns) {
       EXPECT_LE(display_width(jobs_bar_line(kHalf, columns, utf8)), columns) << columns;
 }
 
-TEST(JobsBar, TellsShareModelsTimeAndTask) {
+TEST(JobsBar, ShowsShareModelsTimeAndTask) {
   const std::string line = jobs_bar_line(kHalf, 120, true);
   for (const char* fact : {"50 %", "3/6 models", "1:00 left", "seed 2"}) EXPECT_THAT(line, HasSubstr(fact));
 }
 
-TEST(JobsLog, IsOneLineOfFacts) {
+TEST(JobsLog, IsOneLineWithShareModelsAndTimes) {
   EXPECT_EQ(jobs_log_line(kHalf), "50 %, 3/6 models, 1:00 left: training van_der_pol_fast, seed 2");
-  EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to tell the time left
+  EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to estimate the time left
 }
 
 /// The log of a run of 200 advances.
@@ -166,7 +166,7 @@ std::string logged_run() {
   return text;
 }
 
-TEST(JobsProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
+TEST(JobsProgress, LogHasALineForEachTenthAndHundredPercentOnce) {
   const std::string text = logged_run();
   EXPECT_THAT(text, StartsWith("0 %"));
   EXPECT_THAT(text, HasSubstr("\n100 %, 1/1 models, took 0 s\n"));
@@ -177,7 +177,7 @@ TEST(JobsProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
 
 const JobContext kContext{"a", 1, nullptr, [](double) {}};
 
-TEST(KeptTraining, ADamagedCheckpointCostsItsStepsAndNotTheRun) {
+TEST(KeptTraining, ADamagedCheckpointRestartsTheTrainingInsteadOfFailingIt) {
   const ScratchDirectory scratch;
   const std::string folder = scratch.path("kept");
   std::vector<bool> resumed;
@@ -187,11 +187,11 @@ TEST(KeptTraining, ADamagedCheckpointCostsItsStepsAndNotTheRun) {
     return TrainingResult{};
   };
   resume_or_begin(folder, kContext, train);
-  EXPECT_EQ(resumed, std::vector<bool>{false}) << "there was nothing to go on from";
+  EXPECT_EQ(resumed, std::vector<bool>{false}) << "there was no checkpoint to continue from";
   scratch.write("kept/checkpoint.bin", "damaged");
   resume_or_begin(folder, kContext, train);
   EXPECT_EQ(resumed, (std::vector<bool>{false, true, false}));
-  // Control: what fails without a checkpoint fails.
+  // Control: a training that fails without a checkpoint also fails here.
   std::filesystem::remove_all(folder);
   const TrainingWork refuses = [](const TrainOptions&) -> TrainingResult { throw codegen::InputError("wrong input"); };
   EXPECT_THROW(resume_or_begin(folder, kContext, refuses), codegen::InputError);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties of every loss: it has a key with a help text, checks of its requirements, and a value.
+// Properties of every loss: a key with a help text, checks of its requirements, a value.
 #include "trainer/learn/losses/loss_registry.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ class EachLoss : public ::testing::TestWithParam<LossTerm> {};
 INSTANTIATE_TEST_SUITE_P(Losses, EachLoss, ::testing::ValuesIn(loss_terms()),
                          [](const auto& term) { return std::string(term.param.name); });
 
-TEST_P(EachLoss, HasAKeyHelpAndAPlaceInTheText) {
+TEST_P(EachLoss, HasAKeyAHelpTextAndALineInTheExperiment) {
   const std::string name(GetParam().name);
   const Experiment experiment = parse_experiment(experiment_with(name, "eigenvalues = [-1.0]"), "small.toml", {});
   EXPECT_EQ(experiment.loss.weight(name), 0.25);
@@ -45,10 +45,10 @@ TEST_P(EachLoss, IsRefusedWhereTheObserverHasNoEigenvalues) {
   }
 }
 
-TEST_P(EachLoss, EverythingIsLearnedFromItAloneUnlessItRegularises) {
+TEST_P(EachLoss, TrainsEveryParameterAloneUnlessItIsARegulariser) {
   const std::string text = experiment_with(GetParam().name, "eigenvalues = [-1.0]");
   const auto parse = [&] { parse_experiment(text, "small.toml", {"loss.state_error=0.0"}); };
-  if (GetParam().name == "state_error") return;  // the one that is turned off
+  if (GetParam().name == "state_error") return;  // this loss is turned off below
   if (GetParam().is_regulariser()) {
     EXPECT_THROW(parse(), codegen::Error);
   } else {
@@ -56,7 +56,7 @@ TEST_P(EachLoss, EverythingIsLearnedFromItAloneUnlessItRegularises) {
   }
 }
 
-TEST(Losses, HaveNamesOfTheirOwnAndTheFirstOneIsOnByDefault) {
+TEST(Losses, HaveUniqueNamesAndOnlyTheFirstIsOnByDefault) {
   std::set<std::string_view> names;
   for (const LossTerm& term : loss_terms()) EXPECT_TRUE(names.insert(term.name).second) << term.name;
   EXPECT_EQ(LossConfig().weight(loss_terms().front().name), 1.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Losses of T in double: gradients against differences, and values in closed form.
+// Losses of T in double precision: gradients agree with finite differences, values with closed forms.
 #include "trainer/learn/losses/map_terms.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ struct Variant {
   std::function<void(Experiment&)> change;
 };
 
-/// Every term alone and together, over the latent systems that T may have.
+/// Each term alone and all together, for each latent system that may have T.
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all = {
       {"map_consistency", [](Experiment& e) { e.loss.weights["map_consistency"] = 0.7; }},
@@ -59,7 +59,7 @@ struct Problem {
   ObserverStructure structure;
   std::vector<double> inverse, forward, eigenvalues;
   std::vector<double> x, z, y, f, h, weight;
-  int count = 6;  // used columns of 8
+  int count = 6;  // used columns, of 8
 
   explicit Problem(const Variant& variant) {
     experiment.observer.eigenvalues = {-1.2, -3.0};
@@ -105,7 +105,7 @@ struct Problem {
 
   Losses block() const { return {structure, experiment.loss.is_normalised(), needs_equations(experiment.loss)}; }
 
-  /// Every term that has a weight; with `z` also the gradients.
+  /// Evaluates all terms with a weight; if `z` is given, also their gradients.
   double run(Losses& losses, double* cotangent_z) const {
     const LossConfig& l = experiment.loss;
     const MapSamples<double> at = samples();
@@ -125,7 +125,7 @@ struct Problem {
   }
 };
 
-TEST(MapLosses, GradientsMeetDifferencesForEveryTerm) {
+TEST(MapLosses, GradientsAgreeWithFiniteDifferencesForEveryTerm) {
   constexpr double kStep = 1e-5, kTolerance = 2e-9;  // rounding 1e-16 / 1e-5 and truncation 1e-10, of losses of some 50
   for (const Variant& variant : variants()) {
     SCOPED_TRACE(variant.name);
@@ -240,7 +240,7 @@ struct ClosedForm {
 
 constexpr double kRounding = 1e-13;
 constexpr double kTermWeight = 0.6;
-constexpr double kFloatScales = 1e-6;  // scales of features are floats, and .8 is not exact
+constexpr double kFloatScales = 1e-6;  // scales of features are floats, and 0.8 is not a float
 double* const kNoCotangent = nullptr;
 
 TEST(MapLosses, ConsistencyIsTheSquaredErrorOfT) {
@@ -252,7 +252,7 @@ TEST(MapLosses, ConsistencyIsTheSquaredErrorOfT) {
   EXPECT_NEAR(ClosedForm().value(true, value), expected / std::pow(ClosedForm::kSz, 2), kRounding);
 }
 
-TEST(MapLosses, ReconstructionIsTheSquaredErrorOfThereAndBack) {
+TEST(MapLosses, ReconstructionIsTheSquaredErrorOfTInverseAfterT) {
   using C = ClosedForm;
   const double back = C::kMx + C::kSx * (C::kP * (C::map() - C::kMf) / C::kSf + C::kQ);
   const double expected = kTermWeight * C::kWeight * std::pow(C::kX - back, 2);

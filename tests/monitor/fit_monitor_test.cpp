@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Limits at a stated rate, on a linear plant whose observer and whose noise are known.
+// Limits for a stated rate of false alarms, on a linear plant whose observer and noise are known.
 #include "trainer/judge/monitor/fit_monitor.h"
 
 #include <gmock/gmock.h>
@@ -25,18 +25,19 @@ namespace {
 using codegen::Monitor;
 using codegen::WatchedRun;
 
-TEST(ExceededAtRate, OfExponentialBlocksIsTheQuantile) {
+TEST(ExceededAtRate, IsTheQuantileOfExponentialBlocks) {
   // P(value > t) = exp(-t); 10,000 blocks in 20 h are 500 an hour, so once an hour is t = log 500.
   std::mt19937 engine(1);
   std::exponential_distribution<double> draw(1.0);
   std::vector<double> values(10000);
   for (double& value : values) value = draw(engine);
-  EXPECT_NEAR(exceeded_at_rate(values, 20.0, 1.0), std::log(500.0), 0.15);  // 50 values beyond: 14 % of one e-folding
-  // Beyond what was seen: once in 200 h.
+  EXPECT_NEAR(exceeded_at_rate(values, 20.0, 1.0), std::log(500.0),
+              0.15);  // 50 values above it: standard error 0.14 of t
+  // A rate below those in the data: once in 200 h.
   EXPECT_NEAR(exceeded_at_rate(values, 20.0, 0.005), std::log(500.0 / 0.005), 1.2);
 }
 
-/// A wave behind noise: tiny_model reads it, and does not know what it is.
+/// A wave with noise. tiny_model reads it without a model of waves.
 SensedRuns waves(std::uint64_t seed, int count, double noise, double bias = 0.0, int samples = 1500) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> draw(0.0, 1.0);
@@ -71,39 +72,41 @@ AlarmCount alarms(const codegen::Model& model, const SensedRuns& runs) {
   return count_alarms(watched(model, runs), model.sample_period_s, model.monitor->windows_s(1));
 }
 
-TEST(FitMonitor, IsAValidPartOfItsModelWithTheInnovationsOfItsRuns) {
+TEST(FitMonitor, GivesAValidMonitorWithTheInnovationsOfItsRuns) {
   const codegen::Model model = watched_waves(1.0);
   codegen::validate(model);
-  // A wave is linear in itself, what it was, and z: what is left is the noise and what the filter keeps of it.
+  // A wave is a linear function of its past and of z, so the innovation is the noise and its part in the filter.
   EXPECT_GT(model.monitor->deviation(0), 0.1);
   EXPECT_LT(model.monitor->deviation(0), 0.12);
   EXPECT_GT(model.monitor->gate, 3.0);
-  EXPECT_LT(model.monitor->gate, 4.0);  // Gaussian noise has 3.48 at .9995
+  EXPECT_LT(model.monitor->gate, 4.0);  // Gaussian noise: 3.48 at .9995
   EXPECT_NEAR(model.monitor->hours, 160 * 36 * 40 * model.sample_period_s / 3600.0, 1e-9);
 }
 
-TEST(FitMonitor, FalseAlarmsHaveTheRateOnOtherRuns) {
+TEST(FitMonitor, FalseAlarmsOnNewRunsHaveTheStatedRate) {
   const double hours = 200 * 1460 * codegen::tiny_model().sample_period_s / 3600.0;
   const double per_hour = 40.0 / hours;  // 40 expected
   const codegen::Model model = watched_waves(per_hour);
   const double count = alarms(model, waves(7, 200, 0.1)).per_hour * hours;
-  // Poisson of 40 and as much again for the limits, which were found on fewer runs: three deviations are 27.
+  // Poisson with mean 40, and the same variance again for the limits, which come from fewer runs: three deviations are
+  // 27.
   EXPECT_GT(count, 13.0);
   EXPECT_LT(count, 67.0);
 }
 
-TEST(FitMonitor, SeesDataUnlikeTheTraining) {
+TEST(FitMonitor, RaisesAnAlarmForDataUnlikeTheTraining) {
   const codegen::Model model = watched_waves(0.1);
-  EXPECT_LE(alarms(model, waves(8, 20, 0.1)).seen, 0.05);  // .02 expected in a sixth of an hour: one run of 20 may
+  EXPECT_LE(alarms(model, waves(8, 20, 0.1)).seen,
+            0.05);  // .02 expected in a sixth of an hour, so one run of 20 may have an alarm
   const AlarmCount noisy = alarms(model, waves(9, 20, 0.2));
   EXPECT_EQ(noisy.seen, 1.0);
   EXPECT_EQ(noisy.most, Alarm::kInnovationVariance);
-  // Less noise is no alarm: the variance falls, and what predictions cannot say stays as it was.
+  // Less noise raises no alarm: the variance falls and the mean of the innovation stays.
   EXPECT_EQ(alarms(model, waves(10, 20, 0.0)).seen, 0.0);
   EXPECT_EQ(alarms(model, waves(11, 20, 0.02)).seen, 0.0);
 }
 
-/// Waves of which each fifth sample arrives.
+/// Waves of which every fifth sample arrives.
 SensedRuns slow_waves(std::uint64_t seed, int count, double noise, double bias = 0.0, int samples = 1500) {
   SensedRuns runs = waves(seed, count, noise, bias, samples);
   for (Eigen::MatrixXd& y : runs.outputs)
@@ -121,18 +124,18 @@ codegen::Model watched_slow_waves() {
   return model;
 }
 
-TEST(FitMonitor, ASoundSlowSensorRaisesNoMoreAlarmsThanStatedInAnHour) {
+TEST(FitMonitor, AWorkingSlowSensorKeepsTheStatedRateOfAlarms) {
   const codegen::Model model = watched_slow_waves();
   codegen::validate(model);
   const auto samples = static_cast<int>(3600.0 / model.sample_period_s);
   const AlarmCount count = alarms(model, slow_waves(7, 1, 0.1, 0.0, samples));
-  EXPECT_LE(count.per_hour, 5.0) << "one is expected; limits are from a tenth of an hour";
-  // Predictions know the filter's view of the last reading, which is five samples old.
+  EXPECT_LE(count.per_hour, 5.0) << "one alarm is expected; the limits come from a tenth of an hour of runs";
+  // The prediction uses the filter's view of the last reading, which is five samples old.
   EXPECT_GT(model.monitor->deviation(0), 0.1);
   EXPECT_LT(model.monitor->deviation(0), 0.2);
 }
 
-TEST(FitMonitor, ASlowSensorThatDiesFreezesShiftsOrGrowsNoisyIsSeen) {
+TEST(FitMonitor, ASlowSensorThatDiesFreezesShiftsOrGrowsNoisyRaisesAnAlarm) {
   const codegen::Model model = watched_slow_waves();
   constexpr Eigen::Index kFault = 750;
   const auto first_alarm = [&](const auto& change) {
@@ -145,17 +148,17 @@ TEST(FitMonitor, ASlowSensorThatDiesFreezesShiftsOrGrowsNoisyIsSeen) {
         return std::pair{alarm, k - kFault};
     return std::pair{Alarm::kNone, Eigen::Index{0}};
   };
-  EXPECT_EQ(first_alarm([](double&) {}).first, Alarm::kNone) << "control: a sound one";
+  EXPECT_EQ(first_alarm([](double&) {}).first, Alarm::kNone) << "control: a working sensor";
   const auto dead = first_alarm([](double& y) { y = std::numeric_limits<double>::quiet_NaN(); });
   EXPECT_EQ(dead.first, Alarm::kMissing);
-  EXPECT_LT(dead.second, 8 + 40) << "late after 8 samples, then an average of 10";
+  EXPECT_LT(dead.second, 8 + 40) << "missing after 8 samples, then an average over 10";
   EXPECT_NE(first_alarm([](double& y) { y = 0.3; }).first, Alarm::kNone);
   EXPECT_NE(first_alarm([](double& y) { y += 1.0; }).first, Alarm::kNone);
   int sign = 1;
   EXPECT_NE(first_alarm([&](double& y) { y += 0.5 * (sign = -sign); }).first, Alarm::kNone);
 }
 
-TEST(FitMonitor, DeadSensorAlarmsThoughTheGateRejectedFiveReadingsOfSixInTraining) {
+TEST(FitMonitor, DeadSensorRaisesAnAlarmEvenIfTheGateRejectedFiveOfSixReadingsInTraining) {
   codegen::Model model = codegen::tiny_model();
   SensedRuns logs = waves(100, 40, 0.1);
   for (Eigen::MatrixXd& y : logs.outputs)
@@ -171,13 +174,15 @@ TEST(FitMonitor, DeadSensorAlarmsThoughTheGateRejectedFiveReadingsOfSixInTrainin
       for (const Alarm alarm : run.alarms) count += alarm == Alarm::kMissing;
     return count;
   };
-  EXPECT_EQ(missing(logs), 0) << "the gate alone";
+  EXPECT_EQ(missing(logs), 0) << "missing only because of the gate";
   SensedRuns dead = waves(7, 1, 0.1);
   dead.outputs[0].rightCols(750).setConstant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_GT(missing(dead), 730) << "12 samples are three of the shortest average: 0.95";
+  EXPECT_GT(missing(dead), 730)
+      << "12 samples are three time constants of the shortest average, which then reaches 0.95";
 }
 
-/// When a monitor of waves arms, in samples, if the estimate is ten times as far from the truth for the first samples.
+/// Returns after how many samples the monitor arms if the error of the estimate is ten times as large in the first
+/// `far` samples.
 double armed_after(Eigen::Index far) {
   const codegen::Model model = codegen::tiny_model();
   const SensedRuns runs = waves(5, 4, 0.1);
@@ -195,15 +200,16 @@ double armed_after(Eigen::Index far) {
          model.sample_period_s;
 }
 
-TEST(FitMonitor, ArmsOnceTheErrorHasSettledAfterOneTimeConstantAtLeastAndThreeAtMost) {
+TEST(FitMonitor, ArmsWhenTheErrorHasSettledBetweenOneAndThreeTimeConstants) {
   EXPECT_NEAR(armed_after(0), 40.0, 1e-9);
   EXPECT_NEAR(armed_after(70), 70.0, 1e-9);
-  EXPECT_NEAR(armed_after(61), 70.0, 1e-9) << "quarters: one sample in ten that is far makes 3.3 times the error";
+  EXPECT_NEAR(armed_after(61), 70.0, 1e-9)
+      << "averages over quarters: one large sample in ten gives 3.3 times the error";
   EXPECT_NEAR(armed_after(500), 120.0, 1e-9);
 }
 
-/// Runs of failing_model whose second output, which may be missing, rests at 2 for half of the time, then wanders, and
-/// repeats a reading 20 times once in 440 samples; the first output moves where the second does.
+/// Runs of failing_model. Its second output may be missing; it rests at 2 for half of the time, then moves, and repeats
+/// a reading 20 times once in 440 samples. The first output moves when the second does.
 SensedRuns resting_runs() {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> draw(0.0, 0.01);
@@ -225,27 +231,27 @@ SensedRuns resting_runs() {
   return runs;
 }
 
-TEST(FitMonitor, ASensorIsFrozenIfItRepeatsLongerThanNearlyAllOfTheTraining) {
+TEST(FitMonitor, ASensorIsFrozenIfItRepeatsAReadingLongerThanInTraining) {
   const codegen::Model model = codegen::failing_model();
   ASSERT_EQ(model.failures.outputs, std::vector<int>{1});
   const SensedRuns runs = resting_runs();
   const RunSource limits{[&](int) { return runs; }, 1};
   const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
   const Monitor monitor = fit_monitor(model, runs, limits, std::nullopt, {}, request).monitor;
-  // 20 of 440 samples repeat a reading that is not the resting one. The last 13 are 2.95 % of all, which may be taken
-  // for frozen; 14 would be 3.2 %.
+  // 20 of 440 samples repeat a reading other than the resting one. The last 13 of them are 2.95 % of all samples, which
+  // may be treated as frozen; 14 would be 3.2 %.
   EXPECT_EQ(monitor.most_equal(1), 8.0);
   EXPECT_EQ(monitor.resting(1), 2.0);
-  EXPECT_EQ(monitor.reference_sensor(1), 0.0) << "it goes to 3 where the other leaves its rest";
+  EXPECT_EQ(monitor.reference_sensor(1), 0.0) << "it goes to 3 when the other output leaves its rest";
   EXPECT_GT(monitor.rest_min(1), 0.9);
   EXPECT_LT(monitor.rest_max(1), 1.1);
   EXPECT_EQ(monitor.most_equal(0), 5.0) << "a sensor of high resolution, which never repeats a reading";
   EXPECT_EQ(fit_monitor(model, runs, limits, runs, {}, request).monitor.most_equal(1), 0.0)
-      << "simulated runs do not show a resolution";
+      << "simulated runs do not show the resolution of a sensor";
   SensedRuns without = runs;
   for (Eigen::MatrixXd& y : without.outputs) y.row(0).setOnes();
   EXPECT_EQ(fit_monitor(model, without, limits, std::nullopt, {}, request).monitor.reference_sensor(1), 1.0)
-      << "control: nothing is one";
+      << "control: no reference sensor";
 }
 
 TEST(FitMonitor, IsTheSameForAnyNumberOfThreads) {
@@ -259,7 +265,7 @@ TEST(FitMonitor, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.prediction, three.prediction);
 }
 
-TEST(FitMonitor, TooLittleIsRefused) {
+TEST(FitMonitor, RefusesTooFewSamples) {
   const codegen::Model model = codegen::tiny_model();
   const RunSource none{[](int) { return waves(3, 1, 0.1, 0.0, 50); }, 1};
   const auto message = [&](const SensedRuns& fit, const RunSource& limits) -> std::string {
@@ -271,7 +277,7 @@ TEST(FitMonitor, TooLittleIsRefused) {
   EXPECT_THAT(message(waves(1, 1, 0.1, 0.0, 20), none), testing::HasSubstr("samples are too few to make a monitor"));
 }
 
-/// 100 samples at 10 Hz, armed after 10, with alarms at these samples.
+/// 100 samples at 10 Hz, armed after 10 samples, with alarms at the given samples.
 WatchedRun run(const std::vector<int>& at) {
   WatchedRun made;
   made.alarms.assign(100, Alarm::kNone);
@@ -280,8 +286,9 @@ WatchedRun run(const std::vector<int>& at) {
   return made;
 }
 
-TEST(AlarmCount, OneAlarmIsCountedUntilATimeConstantIsQuiet) {
-  // Time constant 1 s: 10 samples. 20, 25 and 34 are one alarm, 60 another; 5 is before it is armed.
+TEST(AlarmCount, AlarmsWithinATimeConstantCountAsOne) {
+  // Time constant 1 s, 10 samples. Samples 20, 25 and 34 are one alarm, 60 another; 5 comes before the monitor is
+  // armed.
   const AlarmCount count = count_alarms({run({5, 20, 25, 34, 60}), run({})}, 0.1, 1.0);
   EXPECT_DOUBLE_EQ(count.per_hour, 2.0 / (2 * 90 * 0.1 / 3600.0));
   EXPECT_DOUBLE_EQ(count.seen, 0.5);
@@ -289,21 +296,21 @@ TEST(AlarmCount, OneAlarmIsCountedUntilATimeConstantIsQuiet) {
   EXPECT_EQ(count.most, Alarm::kInnovationMean);
 }
 
-TEST(AlarmCount, SeenMeansWithinFiveTimeConstants) {
+TEST(AlarmCount, SeenMeansAnAlarmWithinFiveTimeConstants) {
   EXPECT_DOUBLE_EQ(count_alarms({run({60})}, 0.1, 1.0).seen, 1.0);  // 5.0 s after being armed
   EXPECT_DOUBLE_EQ(count_alarms({run({61})}, 0.1, 1.0).seen, 0.0);
   EXPECT_FALSE(count_alarms({run({})}, 0.1, 1.0).median_delay_s);
 }
 
-TEST(TimeConstant, OfALinearLatentSystemComesFromItsSlowestModeWithoutClocks) {
-  // rig_model: pairs at -40 and -25, real -60 and -15 [1/s]; the clock at -2 reads no output.
+TEST(TimeConstant, IsThatOfTheSlowestModeExceptClocks) {
+  // rig_model: pairs at -40 and -25, real modes at -60 and -15 [1/s]; the clock at -2 reads no output.
   const codegen::Model model = codegen::rig_model();
   const TimeConstant own = time_constant(model, {}, false);
   EXPECT_DOUBLE_EQ(own.seconds, 1.0 / 15.0);
   EXPECT_EQ(own.note, "");
 }
 
-TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
+TEST(TimeConstant, IsThePeriodOfTheOutputsForOtherStructures) {
   const codegen::Model model = codegen::gated_model();
   ASSERT_EQ(codegen::linear_latent(model), nullptr);
   const double period_s = 200.0 * model.sample_period_s;
@@ -317,19 +324,19 @@ TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
     runs.outputs.push_back(y);
     runs.inputs.emplace_back();
   }
-  // The integral of cos from 0 to a quarter is 1 / (2 pi) of the period. Noise is not in lag 1 on; 2,000 samples of a
-  // wave of 200 and the sum in place of the integral are good for some percent.
+  // The integral of cos from 0 to a quarter period is 1 / (2 pi) of the period. Noise is uncorrelated from lag 1 on. A
+  // sum instead of the integral, and 2,000 samples of a wave of 200, cost a few percent.
   const TimeConstant whole = time_constant(model, runs, false);
   EXPECT_NEAR(whole.seconds, period_s, 0.06 * period_s);
   EXPECT_EQ(whole.note, "");
-  // Five periods in a run: the monitor would arm after a fifth of it.
+  // A run has only five periods: the monitor would arm after a fifth of it.
   for (Eigen::MatrixXd& y : runs.outputs) y.conservativeResize(Eigen::NoChange, 1000);
   const TimeConstant shorter = time_constant(model, runs, false);
   EXPECT_DOUBLE_EQ(shorter.seconds, 125.0 * model.sample_period_s);
   EXPECT_THAT(shorter.note, testing::HasSubstr("the longest run has"));
 }
 
-/// Runs of rig_model, of so many of its sample periods each.
+/// Runs of rig_model with zero outputs, each of `samples` sample periods.
 SensedRuns silent_runs(const codegen::Model& model, int count, Eigen::Index samples) {
   SensedRuns runs;
   for (int i = 0; i < count; ++i) {
@@ -347,16 +354,17 @@ TEST(TimeConstant, SpansSixteenSamplesAtLeast) {
   EXPECT_THAT(chosen.note, testing::HasSubstr("they span 16 samples at least"));
 }
 
-TEST(TimeConstant, OfShortLogsIsHalvedUntilTheyHoldThirtyOfThem) {
+TEST(TimeConstant, IsHalvedUntilShortLogsHoldThirtyOfThem) {
   codegen::Model model = codegen::rig_model();
   model.sample_period_s = 1.0 / 1500.0;  // 100 samples in the 1/15 s of the slowest mode
-  // Ten logs of 400 samples: 3 blocks of 100 in each after the first, which are 30.
+  // Ten logs of 400 samples: after the first block of 100 samples each has 3 more, 30 in all.
   EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 10, 400), true).seconds, 1.0 / 15.0);
-  // One less: of 50 samples there are 7 in each.
+  // One sample less: 7 blocks of 50 samples each.
   const TimeConstant halved = time_constant(model, silent_runs(model, 10, 399), true);
   EXPECT_DOUBLE_EQ(halved.seconds, 0.5 / 15.0);
   EXPECT_THAT(halved.note, testing::HasSubstr("limits need 30 time constants of logs"));
-  EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 10, 99), false).seconds, 1.0 / 15.0) << "simulated longer";
+  EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 10, 99), false).seconds, 1.0 / 15.0)
+      << "simulated runs can be longer";
   EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 1, 99), true).seconds, 16.0 / 1500.0);
 }
 

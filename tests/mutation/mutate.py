@@ -4,15 +4,15 @@
 
 usage: tests/mutation/mutate.py [--count N] [--seed S] [--minutes M] [--only FOLDER...] [--here] [--list]
 
-  --count N      mutants to have tried in all (300)
-  --seed S       places are drawn at random; the same seed draws the same (1)
-  --minutes M    stop after the mutant that is running then (60)
-  --only FOLDER...  mutants below these folders only, or of files that begin so
-  --here         change this very tree and build in build/release, as it stands: for a clone that nobody else uses
+  --count N      mutants to try in all, including earlier runs (300)
+  --seed S       seed of the random choice of mutants (1)
+  --minutes M    stop after this time, when the running mutant is finished (60)
+  --only FOLDER...  only mutants in these folders, or in files whose names begin so
+  --here         change this tree and build in its build/release; only for a clone that nobody else uses
   --list         print the mutants that would be tried, without building
 
-Works on a copy of the tree in build/mutation, but for --here. Verdicts go to build/mutation/journal.jsonl, so that a run that was stopped
-goes on where it was; `invalid` did not compile and does not count, unless it was a test's constant that refused it.
+Works on a copy of the tree in build/mutation, unless --here is given. Verdicts go to build/mutation/journal.jsonl,
+from which a stopped run continues. An `invalid` mutant did not compile and does not count, except if a static_assert of a test refused it.
 Prints the share that was killed and every survivor that tests/mutation/survivors.md does not explain, and ends with
 exit 1 when less than 85 % were killed. Headers whose tests are sources of their own take two seconds for each mutant:
 
@@ -58,10 +58,10 @@ COVERED_BY = {
     "trainer/structures": ["structures_test", "sensitivity_test", "training_test"],
     "trainer/learn/training/objective": ["training_test"],
 }
-# Kernels of other instruction sets, and tables: not compiled by these programs, or data.
+# Not compiled by these programs (kernels of other instruction sets), or data (tables).
 LEFT_OUT = re.compile(r"arm|neon|avx|mve|cortex|registry|CMake")
 
-# Messages of compilers about a wrong constant in a test.
+# Compilers' messages about a wrong constant in a test.
 WRONG_CONSTANT = re.compile(r"static.assert\w* failed|constant expression|constant initializer")
 
 TOKENS = {
@@ -112,7 +112,7 @@ def build(program):
         return run("ninja", "-C", BUILD, program)
     flags = ["clang++", "-std=c++20", "-O1", "-I", TREE, "-I", TREE / "runtime/include"]
     common = BUILD / "common.h"
-    if not common.exists():  # read once: what is left takes a second
+    if not common.exists():  # precompiled once, so each mutant compiles in a second
         common.write_text("#include <gtest/gtest.h>\n#include <algorithm>\n#include <cmath>\n#include <random>\n")
         run(*flags, "-x", "c++-header", common, "-o", f"{common}.pch")
     return run(*flags, "-include-pch", f"{common}.pch", TREE / program, "-o", BUILD / pathlib.Path(program).stem,
@@ -170,7 +170,7 @@ def verdict_of(mutant):
 
 
 def key(mutant):
-    """What names a mutant in the journal: its line's text, as numbers of lines move."""
+    """Returns a mutant's name in the journal: the text of its line, because line numbers change."""
     name, number, column, original, changed = mutant
     line = (ROOT / name).read_text().splitlines()[number]
     return {"file": name, "line": number + 1, "original": line.strip(),
@@ -208,7 +208,7 @@ def main():
         return 0
     entries = [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
     tried = {(e["file"], e["original"], e["mutant"]) for e in entries}
-    if os.nice(0) == 0:  # whoever has chosen another keeps it
+    if os.nice(0) == 0:  # a priority that the user has chosen is kept
         os.nice(15)
     if options.here:
         global TREE, BUILD

@@ -24,7 +24,7 @@ AlignedVector<Scalar> drawn(int count, std::uint64_t seed) {
   return values;
 }
 
-/// W of `rows` x `columns` lies by rows, and by columns with a gap behind each; both give the plain sums.
+/// W (`rows` x `columns`) is stored by rows, or by columns with a gap after each; both must give the same sums.
 template <class Scalar, int kColumns>
 void expect_plain_sums(int rows, int columns, double tolerance) {
   using Math = Products<Scalar, kColumns>;
@@ -41,7 +41,7 @@ void expect_plain_sums(int rows, int columns, double tolerance) {
   };
   Math::product(w.data(), rows, columns, bias.data(), in.data(), to(one));
   Math::product_by_columns(by_columns.data(), stride, rows, columns, bias.data(), in.data(), to(other));
-  EXPECT_EQ(one, other) << rows << " x " << columns << ": each sum is over the columns in their order";
+  EXPECT_EQ(one, other) << rows << " x " << columns << ": each sum adds the columns in order";
   for (int r = 0; r < rows; ++r)
     for (int s = 0; s < kColumns; ++s) {
       double sum = static_cast<double>(bias[static_cast<std::size_t>(r)]);
@@ -54,7 +54,7 @@ void expect_plain_sums(int rows, int columns, double tolerance) {
 }
 
 /// Sums of at most 41 products below 1: 41 roundings of at most 41 / 2^24 each.
-TEST(BlockProducts, ByRowsAndByColumnsAreThePlainSums) {
+TEST(BlockProducts, ByRowsAndByColumnsEqualPlainSums) {
   for (const int rows : {1, 2, 7, 12, 13, 15, 16, 17, 31, 32, 33, 50, 64, 96})
     for (const int columns : {1, 3, 34, 40}) {
       expect_plain_sums<float, 8>(rows, columns, 41.0 * 41.0 / (1 << 24));

@@ -6,7 +6,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Whole numbers, so that sums are exact in any order; each lane of each register counts in its own way.
+/// Integers, so that sums are exact in any order; each lane of each register has a different value.
 template <class Scalar, int kLanes>
 void expect_each_registers_sum_in_its_own_lane() {
   using P = simd::Pack<Scalar, kLanes>;
@@ -25,7 +25,7 @@ void expect_each_registers_sum_in_its_own_lane() {
   for (int i = 0; i < kLanes; ++i) EXPECT_EQ(sums[i], expected[i]) << "register " << i << " of " << kLanes;
 }
 
-TEST(LaneSums, PutEachRegistersSumIntoItsOwnLane) {
+TEST(LaneSums, PutTheSumOfEachRegisterIntoItsLane) {
   expect_each_registers_sum_in_its_own_lane<float, 1>();
   expect_each_registers_sum_in_its_own_lane<float, 4>();
   expect_each_registers_sum_in_its_own_lane<float, 8>();

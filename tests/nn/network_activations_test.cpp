@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every activation through what the trainer has of them beside the networks' own tests (network_test.cpp and
-// network_tangents_test.cpp run over the same table) and the bounds' (tests/bounds).
+// Each activation in the parts of the trainer that network_test.cpp, network_tangents_test.cpp and the tests of bounds
+// (tests/bounds), which run over the same table, do not cover.
 #include "codegen/model/activations.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ class EachTrainedActivation : public ::testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Activations, EachTrainedActivation, ::testing::ValuesIn(codegen::activation_names()),
                          [](const auto& named) { return named.param; });
 
-TEST_P(EachTrainedActivation, IsAKeyOfEveryNetworkAndBecomesItsShape) {
+TEST_P(EachTrainedActivation, IsAcceptedByEveryNetworkAndSetsItsShape) {
   for (const char* section : {"inverse_map", "forward_map", "dynamics"})
     EXPECT_NO_THROW(parse_experiment(experiment_with(section, GetParam()), "small.toml", {})) << section;
   const Experiment experiment = parse_experiment(experiment_with("inverse_map", GetParam()), "small.toml", {});
@@ -43,8 +43,8 @@ TEST_P(EachTrainedActivation, IsAKeyOfEveryNetworkAndBecomesItsShape) {
   EXPECT_EQ(structure.network.activation, row().kind);
 }
 
-/// In double the block's functions are the table's; in float they are what flies.
-TEST_P(EachTrainedActivation, TrainsByTheTablesFunctions) {
+/// In double, a block uses the functions of the table; in float, those of the runtime.
+TEST_P(EachTrainedActivation, TrainsWithTheFunctionsOfTheTable) {
   codegen::with_trained_activation(row().kind, [&](auto kind) {
     using Activated = BlockActivation<kind()>;
     for (double v = -9.0; v <= 9.0; v += 0.0625) {
@@ -59,7 +59,7 @@ TEST_P(EachTrainedActivation, TrainsByTheTablesFunctions) {
   });
 }
 
-TEST(Activations, ActivationsForExportsAreNoKeysAndAreNotTrained) {
+TEST(Activations, ActivationsForExportsOnlyAreRefusedInTraining) {
   for (const codegen::ActivationRow& row : codegen::kActivations) {
     if (row.is_trained()) continue;
     EXPECT_THROW(parse_experiment(experiment_with("inverse_map", std::string(row.name)), "small.toml", {}),
@@ -67,7 +67,8 @@ TEST(Activations, ActivationsForExportsAreNoKeysAndAreNotTrained) {
     const NetworkShape shape = NetworkShape::make({2, 3, 1}, row.kind, false);
     WideBlock block(shape);
     const std::vector<float> parameters(static_cast<std::size_t>(shape.parameters));
-    EXPECT_THROW(block.forward(parameters.data()), codegen::Error) << "it left the output as it was";
+    EXPECT_THROW(block.forward(parameters.data()), codegen::Error)
+        << "without an error, the output would stay unchanged";
   }
 }
 

@@ -26,7 +26,7 @@ TEST(NetworkShape, LaysParametersOutOneAfterTheOtherWithoutGaps) {
   EXPECT_EQ(multiply_adds(shape), 3 * 5 + 5 * 7 + 7 * 2 + 3 * 2);
 }
 
-TEST(InitialParameters, AreGlorotsOrHesAsTheActivationWantsWithZeroBiases) {
+TEST(InitialParameters, AreThoseOfGlorotOrHeByActivationWithZeroBiases) {
   for (const std::string& name : codegen::activation_names()) {
     SCOPED_TRACE(name);
     const codegen::ActivationRow& activation = codegen::activation_named(name);
@@ -47,7 +47,7 @@ TEST(InitialParameters, AreGlorotsOrHesAsTheActivationWantsWithZeroBiases) {
         reach = std::max(reach, std::abs(w));
         squares += w * w;
       }
-      // The largest of 1,000 uniform numbers is within 2 % of the bound; their variance is bound^2 / 3 within 15 %
+      // The largest of 1,000 uniform numbers is within 2 % of the bound; their variance is within 15 % of bound^2 / 3
       // (five standard errors).
       EXPECT_LE(reach, bound * (1.0 + 1e-6));
       EXPECT_GT(reach, bound * 0.98);
@@ -59,7 +59,7 @@ TEST(InitialParameters, AreGlorotsOrHesAsTheActivationWantsWithZeroBiases) {
   }
 }
 
-TEST(InitialParameters, DependOnTheSeedAlone) {
+TEST(InitialParameters, DependOnlyOnTheSeed) {
   const NetworkShape shape = NetworkShape::make({3, 20, 2}, Activation::kTanh, false);
   EXPECT_EQ(initial_parameters(shape, 5, 1.0F), initial_parameters(shape, 5, 1.0F));
   EXPECT_NE(initial_parameters(shape, 5, 1.0F), initial_parameters(shape, 6, 1.0F));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Forward mode, and the reverse of forward mode, of a network: what the PDE residual and phi(z) u stand on.
+// Forward mode of a network, and reverse mode through it. The PDE residual and phi(z) u need both.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 using Block = NetworkBlock<double, 8>;
 constexpr int kStride = Block::kStride;
-constexpr int kSamples = 5;  // used columns of 8
+constexpr int kSamples = 5;  // used columns, of 8
 
 struct Problem {
   NetworkShape shape;
@@ -87,7 +87,7 @@ TEST(NetworkTangents, AreTheDerivativeAlongTheDirection) {
   }
 }
 
-TEST(NetworkTangents, GradientOfOutputsAndTangentsMeetsDifferences) {
+TEST(NetworkTangents, GradientOfOutputsAndTangentsAgreesWithDifferences) {
   constexpr double kStep = 1e-5, kTolerance = 1e-8;  // truncation: 1e-10 of the third derivative
   for (const auto& [activation, name] : activations()) {
     for (const bool path : {false, true}) {
@@ -122,7 +122,7 @@ TEST(NetworkTangents, GradientOfOutputsAndTangentsMeetsDifferences) {
   }
 }
 
-TEST(NetworkTangents, ReverseWithoutTangentCotangentsIsThePlainReverse) {
+TEST(NetworkTangents, ReverseWithoutTangentCotangentsEqualsPlainBackpropagation) {
   for (const auto& [activation, name] : activations()) {
     SCOPED_TRACE(name);
     const Problem problem(activation, true);

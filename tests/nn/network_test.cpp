@@ -16,15 +16,14 @@ namespace {
 using testing::Doubles;
 using testing::plain_pass;
 
-// A result of float32 sums of up to 65 products of numbers about 1 (6e-8 each, adding up like a random walk) through up
-// to five layers, plus kTanhMaxError per unit: below 4e-6 measured.
+// Tolerance of a forward result: float32 sums of up to 65 products of numbers about 1 (6e-8 each, accumulating like a
+// random walk) through up to five layers, plus kTanhMaxError per unit; below 4e-6 measured.
 constexpr double kForwardTolerance = 1e-5;
-// Relative, of a cotangent of the inputs, which comes back through the same layers; 1.1e-5 measured where slopes are
-// above 1.
+// Tolerance of an input cotangent, relative: it passes the same layers backwards; 1.1e-5 measured with slopes above 1.
 constexpr double kCotangentTolerance = 2e-5;
-// Relative to a gradient's largest entry: rounding summed over 256 samples; below 4e-6 measured.
+// Tolerance relative to the largest entry of a gradient: rounding summed over 256 samples; below 4e-6 measured.
 constexpr double kGradientTolerance = 1e-5;
-// Central differences in double at kStep: truncation kStep^2, rounding 1e-16 / kStep; relative to the largest entry.
+// Step of central differences in double, relative to the largest entry: truncation kStep^2, rounding 1e-16 / kStep.
 constexpr double kStep = 1e-5;
 constexpr double kDifferenceTolerance = 1e-7;
 
@@ -52,7 +51,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-/// A network, a full block of inputs and output cotangents, all drawn about 1.
+/// A network and a full block of inputs and output cotangents, drawn with a magnitude of about 1.
 struct Problem {
   NetworkShape shape;
   std::vector<float> parameters, transposed, inputs, cotangents;
@@ -62,7 +61,7 @@ struct Problem {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
     parameters = initial_parameters(shape, 3, 1.0F);
-    for (float& p : parameters) p = p == 0.0F ? 0.3F * uniform(random) : p;  // biases and the linear path too
+    for (float& p : parameters) p = p == 0.0F ? 0.3F * uniform(random) : p;  // also biases and the linear path
     transposed.resize(parameters.size());
     transpose_weights(shape, parameters.data(), transposed.data());
     const auto fill = [&](std::vector<float>& rows, int count, float reach) {
@@ -84,7 +83,8 @@ struct Problem {
   Doubles cotangent(int sample) const { return column(cotangents, shape.outputs(), sample); }
   Doubles parameters_in_double() const { return {parameters.begin(), parameters.end()}; }
 
-  /// Forward and backward over the first `samples` columns; past them inputs stay and cotangents are zero.
+  /// Runs forward and backward over the first `samples` columns; the other columns keep their inputs and have zero
+  /// cotangents.
   void run(WideBlock& workspace, int samples = kBlock) const {
     std::copy(inputs.begin(), inputs.end(), workspace.input());
     workspace.forward(parameters.data());
@@ -132,7 +132,7 @@ void expect_near(const std::vector<float>& actual, const Doubles& expected, doub
   }
 }
 
-/// Calls check(case) for every shape, activation and kind of path; stops at the first that fails.
+/// Calls check(case) for each shape, activation and kind of path; stops at the first failure.
 template <class Check>
 void for_all_cases(const Check& check) {
   for (const Case& c : cases()) {
@@ -142,7 +142,7 @@ void for_all_cases(const Check& check) {
   }
 }
 
-TEST(Network, ForwardMeetsThePlainNetwork) {
+TEST(Network, ForwardAgreesWithThePlainNetwork) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
     WideBlock workspace(problem.shape);
@@ -160,7 +160,7 @@ TEST(Network, ForwardMeetsThePlainNetwork) {
   });
 }
 
-TEST(Network, GradientMeetsPlainBackpropagation) {
+TEST(Network, GradientAgreesWithPlainBackpropagation) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
     WideBlock workspace(problem.shape);
@@ -169,7 +169,7 @@ TEST(Network, GradientMeetsPlainBackpropagation) {
   });
 }
 
-TEST(Network, InputCotangentMeetsPlainBackpropagation) {
+TEST(Network, InputCotangentAgreesWithPlainBackpropagation) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
     WideBlock workspace(problem.shape);
@@ -188,9 +188,9 @@ TEST(Network, InputCotangentMeetsPlainBackpropagation) {
   });
 }
 
-TEST(Network, GradientMeetsCentralDifferences) {
+TEST(Network, GradientAgreesWithCentralDifferences) {
   for_all_cases([](const Case& c) {
-    constexpr int kSamples = 8;  // the rest of the block is past the samples
+    constexpr int kSamples = 8;  // the rest of the block is unused
     constexpr std::size_t kProbes = 60;
     const Problem problem(c);
     WideBlock workspace(problem.shape);
@@ -207,7 +207,7 @@ TEST(Network, GradientMeetsCentralDifferences) {
       p[i] = at - kStep;
       const double below = problem.plain_loss(p, kSamples);
       const double difference = (above - below) / (2.0 * kStep);
-      ASSERT_NEAR(plain[i], difference, kDifferenceTolerance * scale) << "the oracle itself, parameter " << i;
+      ASSERT_NEAR(plain[i], difference, kDifferenceTolerance * scale) << "the reference itself, parameter " << i;
       ASSERT_NEAR(static_cast<double>(gradient[i]), difference, kGradientTolerance * scale) << "parameter " << i;
     }
   });

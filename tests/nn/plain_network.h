@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The network of T* once more, plainly: one sample at a time, in double, with the library's activations. What the
-// blocked passes of trainer/gradients/nn are held against.
+// Reference for the blocked passes of trainer/gradients/nn: the network of T*, one sample at a time, in double, with
+// the activations of the C++ library.
 #pragma once
 
 #include <vector>
@@ -25,7 +25,7 @@ struct PlainPass {
   Doubles input_cotangent;
 };
 
-/// n = network(u); with a cotangent, its pull-back too: adds dl/dp to `gradient` and returns dl/du.
+/// Evaluates n = network(u). With a cotangent, also adds dl/dp to `gradient` and returns dl/du.
 inline PlainPass plain_pass(const NetworkShape& shape, const Doubles& p, const Doubles& u,
                             const Doubles& cotangent = {}, Doubles* gradient = nullptr) {
   const auto at = [](int offset, int row, int columns, int column) {

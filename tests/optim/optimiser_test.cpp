@@ -39,7 +39,7 @@ TEST(Adam, TakesTheStepsOfItsPaper) {
   }
 }
 
-TEST(Adam, MovesByTheRateForAnySizeOfTheGradient) {
+TEST(Adam, FirstStepIsTheRateForAnySizeOfTheGradient) {
   // The first step is rate * g / (|g| + 1e-8): the sign of the gradient.
   for (const float g : {1e-3F, 1.0F, 1e6F, -1e-3F, -1e6F}) {
     float p = 0.0F;
@@ -48,7 +48,7 @@ TEST(Adam, MovesByTheRateForAnySizeOfTheGradient) {
   }
 }
 
-TEST(Adam, GoesOnFromItsMemory) {
+TEST(Adam, ContinuesFromASavedState) {
   const float g[] = {0.4F, -0.2F, 0.9F};
   const auto run = [&](bool moved) {
     std::vector<float> p{1.0F, 2.0F, 3.0F};
@@ -96,7 +96,7 @@ TEST(GradientDescent, ConvergesOnAQuadraticAtItsRate) {
   EXPECT_NEAR(p, static_cast<float>(std::pow(0.9, 20)), kRounding);
 }
 
-TEST(Optimiser, DecaysWeightsApartFromTheGradient) {
+TEST(Optimiser, DecaysWeightsIndependentlyOfTheGradient) {
   // Decoupled (AdamW): with a zero gradient p shrinks by rate * decay, which L2 in the gradient of Adam would not give.
   for (const std::string& name : optimiser_names()) {
     float p[] = {2.0F, 2.0F};
@@ -104,7 +104,7 @@ TEST(Optimiser, DecaysWeightsApartFromTheGradient) {
     Optimiser optimiser(name, {{1, 0.1, 0.5}, {1, 0.1, 0.0}});
     optimiser.step(p, g, 0, 0.5);
     EXPECT_FLOAT_EQ(p[0], 2.0F * (1.0F - 0.1F * 0.5F * 0.5F)) << name;
-    EXPECT_FLOAT_EQ(p[1], 2.0F) << name << ": a group without decay stays";
+    EXPECT_FLOAT_EQ(p[1], 2.0F) << name << ": a group without decay keeps its values";
   }
 }
 
@@ -120,7 +120,7 @@ TEST(Optimiser, GivesEachGroupItsOwnRate) {
   }
 }
 
-TEST(Optimiser, ListsTheNamesItKnowsWhenItDoesNotKnowOne) {
+TEST(Optimiser, ListsTheKnownNamesIfANameIsUnknown) {
   for (const std::string& name : optimiser_names()) {
     EXPECT_THAT(thrown_message([&] { Optimiser("adamw", {}); }), testing::HasSubstr(name));
   }

@@ -26,7 +26,7 @@ SimulationConfig sampled() {
   return config;
 }
 
-/// One input within -1 .. 3, so with the middle 1.
+/// One input with the range -1 .. 3, whose middle is 1.
 ExcitationConfig of_kind(InputSignal kind) {
   ExcitationConfig config;
   config.kinds = {kind};
@@ -38,7 +38,7 @@ ExcitationConfig of_kind(InputSignal kind) {
   return config;
 }
 
-/// A log of one minute, for the kind that is drawn from one.
+/// A log of one minute, for the kind "log".
 LoggedInputs recorded() {
   LoggedInputs log;
   log.time_s = Eigen::VectorXd::LinSpaced(601, 0.0, 60.0);
@@ -50,7 +50,7 @@ Eigen::RowVectorXd drawn(const ExcitationConfig& config, std::uint64_t run, std:
   return draw_inputs(config, sampled(), seed, run, recorded()).row(0);
 }
 
-/// Numbers of samples from one change of the value to the next.
+/// Returns the numbers of samples between changes of the value.
 std::vector<int> holds(const Eigen::RowVectorXd& u) {
   std::vector<int> result;
   int since = -1;  // the hold before the first change has an unknown start
@@ -73,7 +73,7 @@ class EveryKind : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(EveryKind, StaysWithinItsRangeAtEverySample) {
-  for (const bool derived : {false, true}) {  // amplitudes and times that are given, and those that are not
+  for (const bool derived : {false, true}) {  // given amplitudes and times, and derived ones
     ExcitationConfig excitation = config();
     if (derived) excitation.amplitude.clear(), excitation.shortest_s = excitation.longest_s = 0.0;
     for (std::uint64_t run = 0; run < kRuns; ++run) {
@@ -85,7 +85,7 @@ TEST_P(EveryKind, StaysWithinItsRangeAtEverySample) {
   }
 }
 
-TEST_P(EveryKind, IsTheSameForOneRunAndAnotherForEachOther) {
+TEST_P(EveryKind, IsReproducibleAndDiffersBetweenRuns) {
   EXPECT_EQ(drawn(config(), 7), drawn(config(), 7));
   if (GetParam() == "zero") return;
   EXPECT_NE(drawn(config(), 7), drawn(config(), 8));
@@ -106,7 +106,7 @@ std::string name_of(const testing::TestParamInfo<std::string>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, EveryKind, testing::ValuesIn(all_names<InputSignal>()), name_of);
 
-TEST(DrawnInputs, ALogThatWasNotReadIsAnError) {
+TEST(DrawnInputs, RefusesTheKindLogWithoutALog) {
   EXPECT_ANY_THROW(draw_inputs(of_kind(InputSignal::kLog), sampled(), kEngineSeed, 0));
 }
 
@@ -115,18 +115,18 @@ TEST(DrawnInputs, StepsAreHeldBetweenTheShortestAndTheLongestTime) {
   for (std::uint64_t run = 0; run < kRuns; ++run)
     for (const int hold : holds(drawn(of_kind(InputSignal::kSteps), run))) {
       ++found;
-      EXPECT_GE(hold, 19) << "0.4 s are 20 samples, and one less where it begins and ends between two";
+      EXPECT_GE(hold, 19) << "0.4 s are 20 samples, or 19 if it begins and ends between samples";
       EXPECT_LE(hold, 401);
     }
   EXPECT_GT(found, 100);
 }
 
-TEST(DrawnInputs, ARandomBinarySequenceHasTwoLevelsAndOneClock) {
+TEST(DrawnInputs, RandomBinarySequenceHasTwoLevelsAndOneClock) {
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     const Eigen::RowVectorXd u = drawn(of_kind(InputSignal::kPrbs), run);
     EXPECT_EQ(levels(u).size(), 2u);
     const std::vector<int> all = holds(u);
-    if (all.size() < 20) continue;  // a slow clock: too few to tell it
+    if (all.size() < 20) continue;  // a slow clock gives too few holds
     const int clock = *std::min_element(all.begin(), all.end());
     for (const int hold : all) {
       const double cycles = std::round(hold / static_cast<double>(clock));
@@ -135,23 +135,23 @@ TEST(DrawnInputs, ARandomBinarySequenceHasTwoLevelsAndOneClock) {
   }
 }
 
-TEST(DrawnInputs, ASineSolvesTheOscillatorsRecursion) {
+TEST(DrawnInputs, SineSatisfiesTheRecursionOfAnOscillator) {
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     const Eigen::ArrayXd s = drawn(of_kind(InputSignal::kSine), run).transpose().array() - 1.0;
     const Eigen::Index n = s.size() - 2;
     const Eigen::ArrayXd inner = s.segment(1, n), outer = s.head(n) + s.tail(n);
     const double two_cos = (inner * outer).sum() / inner.square().sum();
-    EXPECT_LE((outer - two_cos * inner).abs().maxCoeff(), 1e-11) << "t / T has 1e-14 turns of rounding, times 2 pi A";
+    EXPECT_LE((outer - two_cos * inner).abs().maxCoeff(), 1e-11) << "rounding of t / T is 1e-14 turns, times 2 pi A";
     const double cycle = 2.0 * std::numbers::pi * kSamplePeriod / std::acos(0.5 * two_cos);
     EXPECT_GE(cycle, 0.4 * (1 - 1e-6));
     EXPECT_LE(cycle, 8.0 * (1 + 1e-6));
     EXPECT_GE(s.abs().maxCoeff(), 0.5 * std::cos(std::numbers::pi * kSamplePeriod / 0.4))
-        << "a crest between two samples";
+        << "a peak between two samples";
     EXPECT_LE(s.abs().maxCoeff(), 2.0);
   }
 }
 
-TEST(DrawnInputs, ASquareHasTwoLevelsAboutTheMiddle) {
+TEST(DrawnInputs, SquareHasTwoLevelsAboutTheMiddle) {
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     const Eigen::RowVectorXd u = drawn(of_kind(InputSignal::kSquare), run);
     const double size = u.maxCoeff() - 1.0;
@@ -161,7 +161,7 @@ TEST(DrawnInputs, ASquareHasTwoLevelsAboutTheMiddle) {
   }
 }
 
-TEST(DrawnInputs, AChirpRunsFromOnePeriodToAnother) {
+TEST(DrawnInputs, ChirpGoesFromOnePeriodToAnother) {
   int faster = 0;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     const Eigen::RowVectorXd u = drawn(of_kind(InputSignal::kChirp), run);
@@ -176,11 +176,11 @@ TEST(DrawnInputs, AChirpRunsFromOnePeriodToAnother) {
     const double begin = crossings[1] - crossings[0], end = crossings.back() - crossings[crossings.size() - 2];
     faster += begin > end + 2.0 * kSamplePeriod ? 1 : 0;
   }
-  EXPECT_GT(faster, 5) << "some speed up";
-  EXPECT_LT(faster, 35) << "and some slow down";
+  EXPECT_GT(faster, 5) << "some chirps become faster";
+  EXPECT_LT(faster, 35) << "and some become slower";
 }
 
-TEST(DrawnInputs, NoiseHasTheCutOffAndTheDeviationThatAreAskedFor) {
+TEST(DrawnInputs, NoiseHasTheGivenCutOffAndDeviation) {
   ExcitationConfig config = of_kind(InputSignal::kNoise);
   config.shortest_s = config.longest_s = 0.5;
   double sum = 0.0, square = 0.0, product = 0.0, count = 0.0;
@@ -191,14 +191,14 @@ TEST(DrawnInputs, NoiseHasTheCutOffAndTheDeviationThatAreAskedFor) {
     product += (s.head(s.size() - 1) * s.tail(s.size() - 1)).sum();
     count += static_cast<double>(s.size());
   }
-  // A cut-off of 2 Hz forgets within 0.08 s: 80,000 samples are some 10,000 draws, of a standard error of 1 %. The
-  // deviation is half of the half range 2, less what reflection at two deviations takes (some 4 %).
+  // A cut-off of 2 Hz has a memory of 0.08 s, so 80,000 samples are about 10,000 draws with a standard error of 1 %.
+  // The deviation is half of the half range, which is 2, minus about 4 % for the reflection at two deviations.
   EXPECT_NEAR(sum / count, 0.0, 0.04);
   EXPECT_NEAR(std::sqrt(square / count), 0.96, 0.04);
   EXPECT_NEAR(product / square, std::exp(-2.0 * std::numbers::pi * kSamplePeriod / 0.5), 0.02);
 }
 
-TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndStream) {
+TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndRandomStream) {
   ExcitationConfig config = of_kind(InputSignal::kSteps);
   config.low = {-1.0, 10.0};
   config.high = {3.0, 14.0};
@@ -206,7 +206,7 @@ TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndStream) {
   ASSERT_EQ(u.rows(), 2);
   EXPECT_GE(u.row(1).minCoeff(), 10.0);
   EXPECT_GT((u.row(1).array() - 11.0 - u.row(0).array()).abs().maxCoeff(), 0.1);
-  EXPECT_EQ(u.row(0), drawn(of_kind(InputSignal::kSteps), 3)) << "another input changes nothing";
+  EXPECT_EQ(u.row(0), drawn(of_kind(InputSignal::kSteps), 3)) << "it does not depend on other inputs";
 
   config.kinds = {InputSignal::kConstant, InputSignal::kSteps};
   std::set<bool> still;
@@ -214,10 +214,10 @@ TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndStream) {
     const Eigen::MatrixXd of_run = draw_inputs(config, sampled(), kEngineSeed, run);
     still.insert((levels(of_run.row(0)).size() == 1) == (levels(of_run.row(1)).size() == 1));
   }
-  EXPECT_EQ(still.size(), 2u) << "both inputs of one kind in some runs, of two kinds in others";
+  EXPECT_EQ(still.size(), 2u) << "both inputs have the same kind in some runs and different kinds in others";
 }
 
-TEST(DrawnInputs, TimesThatAreNotGivenComeFromTheSamplePeriodAndTheHorizon) {
+TEST(DrawnInputs, DefaultTimesComeFromTheSamplePeriodAndTheHorizon) {
   ExcitationConfig config;
   EXPECT_EQ(hold_times(config, sampled()).shortest_s, 10.0 * kSamplePeriod);
   EXPECT_EQ(hold_times(config, sampled()).longest_s, 20.0);
@@ -237,7 +237,7 @@ std::uint64_t hash_of(const Eigen::RowVectorXd& u) {
   return hash;
 }
 
-// Written down once: another compiler, library or processor must draw the same bits.
+// Recorded once: each compiler, library and processor must draw these bits.
 TEST(DrawnInputs, AreTheSameBitsOnEveryMachine) {
   const std::vector<std::pair<InputSignal, std::uint64_t>> recorded = {
       {InputSignal::kConstant, 11519577038721210741ULL}, {InputSignal::kSteps, 3124791327631828900ULL},
@@ -247,14 +247,14 @@ TEST(DrawnInputs, AreTheSameBitsOnEveryMachine) {
   for (const auto& [kind, hash] : recorded) EXPECT_EQ(hash_of(drawn(of_kind(kind), 1)), hash) << to_name(kind);
 }
 
-TEST(RunRandom, FunctionsAreThoseOfTheLibraryToRounding) {
+TEST(RunRandom, FunctionsEqualThoseOfTheLibraryToRounding) {
   RunRandom random(1, RunPurpose::kInputs, 0, 0);
   for (int i = 0; i < 20000; ++i) {
     const double x = random.log_between(1e-9, 1e9), exponent = random.between(-40.0, 40.0),
                  t = random.between(-9.0, 9.0);
     EXPECT_NEAR(portable_log(x), std::log(x), 4e-16 * (1.0 + std::abs(std::log(x)))) << x;
     EXPECT_NEAR(portable_exp(exponent) / std::exp(exponent), 1.0, 1e-15) << exponent;
-    // 2 pi t loses 9 turns' worth of bits in the library's argument: 2 pi 9 epsilon / 2.
+    // The argument 2 pi t of the library loses the bits of 9 turns: 2 pi 9 epsilon / 2.
     EXPECT_NEAR(sine_of_turns(t), std::sin(2.0 * std::numbers::pi * t), 2e-14) << t;
   }
   for (const double eighth : {0.0, 0.25, 0.5, 0.75, 1.0, -0.25, 7.5})
@@ -263,7 +263,7 @@ TEST(RunRandom, FunctionsAreThoseOfTheLibraryToRounding) {
 
 TEST(RunRandom, DrawsFromTheDistributionsItNames) {
   RunRandom random(2, RunPurpose::kProcessNoise, 0, 0);
-  constexpr int kDraws = 40000;  // standard errors of 0.5 % and, of a variance, 0.7 %
+  constexpr int kDraws = 40000;  // standard errors of 0.5 %, and of 0.7 % for a variance
   double sum = 0.0, square = 0.0, below = 0.0;
   for (int i = 0; i < kDraws; ++i) {
     const double n = random.normal();

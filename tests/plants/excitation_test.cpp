@@ -43,7 +43,7 @@ std::string error_of(const Plant& plant, const std::vector<std::string>& express
   });
 }
 
-/// x1'' = -x1 + cos 12t from rest: x1 = (cos t - cos 12t) / 143. The largest error of x1 over 2 s.
+/// Returns the largest error of x1 over 2 s for x1'' = -x1 + cos 12t from rest, with x1 = (cos t - cos 12t) / 143.
 double error_against_the_closed_form(double h, const Excitation& excitation) {
   const Dataset d = simulate_from(*named("harmonic_oscillator"), sampled(h, 2.0), Eigen::Vector2d::Zero(), excitation);
   const Trajectory& run = d.trajectories[0];
@@ -51,13 +51,13 @@ double error_against_the_closed_form(double h, const Excitation& excitation) {
   return (run.states.row(0).transpose().array() - x1).abs().maxCoeff();
 }
 
-TEST(Excitation, OfALinearPlantGivesItsClosedFormAtFourthOrder) {
+TEST(Excitation, GivesTheClosedFormOfALinearPlantAtFourthOrder) {
   const Excitation u = parse_excitation(*named("harmonic_oscillator"), {"cos(12*t)"});
   const double coarse = error_against_the_closed_form(0.02, u), fine = error_against_the_closed_form(0.01, u);
   EXPECT_LT(coarse, 1e-5);
   EXPECT_NEAR(std::log2(coarse / fine), 4.0, 0.2);
 
-  // Control: the same input held between the samples is of first order.
+  // Control: the same input held between samples is only of first order.
   const auto held = [](double h) -> Excitation {
     return [h](double t) { return Eigen::VectorXd::Constant(1, std::cos(12.0 * h * std::floor(t / h + 1e-6))); };
   };
@@ -83,7 +83,7 @@ TEST(Excitation, IsRecordedAtTheSamples) {
   EXPECT_NE(alone.trajectories[0].states, d.trajectories[0].states);
 }
 
-TEST(Excitation, OfZeroChangesNothing) {
+TEST(Excitation, ZeroInputEqualsNoInput) {
   for (const PlantEntry& entry : plant_registry()) {
     const auto plant = named(std::string(entry.name));
     if (plant->nu() == 0) continue;
@@ -95,7 +95,7 @@ TEST(Excitation, OfZeroChangesNothing) {
   }
 }
 
-TEST(Excitation, DrivesAPlantByExpressionsAsItDrivesTheBuiltIn) {
+TEST(Excitation, DrivesAPlantOfExpressionsLikeTheBuiltInPlant) {
   PlantConfig config;
   config.states = {"a", "b"};
   config.derivative = {"b^3", "-a"};
@@ -109,7 +109,7 @@ TEST(Excitation, DrivesAPlantByExpressionsAsItDrivesTheBuiltIn) {
         .trajectories[0]
         .states;
   };
-  EXPECT_LE((states(*a) - states(*b)).cwiseAbs().maxCoeff(), 1e-12);  // 500 steps of 1e-16, no instability
+  EXPECT_LE((states(*a) - states(*b)).cwiseAbs().maxCoeff(), 1e-12);  // 500 steps of 1e-16, stable
 }
 
 TEST(Excitation, HasOneExpressionForEachInputInOrder) {
@@ -141,7 +141,7 @@ TEST(Excitation, ErrorsNameTheInputTheExpressionAndThePosition) {
 
 constexpr double kLoggedPeriod = 0.1;
 
-/// 0, 1, ... 40 s, a = t / 10 and b = 4 - t / 10, a row each half second.
+/// 0 to 40 s with a row each half second; a = t / 10 and b = 4 - t / 10.
 class LoggedInputsTest : public testing::Test {
  protected:
   LoggedInputsTest() : path_(testing::TempDir() + "nlo_logged_inputs.csv") {
@@ -178,7 +178,7 @@ class LoggedInputsTest : public testing::Test {
   SimulationConfig simulation_;
 };
 
-TEST_F(LoggedInputsTest, EachRunGetsAStretchFromARandomTimeOn) {
+TEST_F(LoggedInputsTest, EachRunGetsAPieceFromARandomTime) {
   std::set<double> starts;
   double earliest = 4.0, latest = 0.0;
   for (std::uint64_t run = 0; run < 100; ++run) {
@@ -186,8 +186,8 @@ TEST_F(LoggedInputsTest, EachRunGetsAStretchFromARandomTimeOn) {
     ASSERT_EQ(u.rows(), 2);
     ASSERT_EQ(u.cols(), 101);
     for (Eigen::Index k = 0; k < 101; ++k) {
-      ASSERT_NEAR(u(0, k), u(0, 0) + 0.01 * static_cast<double>(k), 1e-9) << "at the run's own period";
-      ASSERT_NEAR(u(0, k) + u(1, k), 4.0, 1e-9) << "both inputs are of the same time";
+      ASSERT_NEAR(u(0, k), u(0, 0) + 0.01 * static_cast<double>(k), 1e-9) << "resampled to the period of the run";
+      ASSERT_NEAR(u(0, k) + u(1, k), 4.0, 1e-9) << "both inputs have the same times";
     }
     starts.insert(u(0, 0));
     earliest = std::min(earliest, u(0, 0));
@@ -195,12 +195,12 @@ TEST_F(LoggedInputsTest, EachRunGetsAStretchFromARandomTimeOn) {
   }
   EXPECT_EQ(starts.size(), 100u);
   EXPECT_LT(earliest, 0.2);
-  EXPECT_GT(latest, 2.8) << "to where the last stretch begins, 30 s";
+  EXPECT_GT(latest, 2.8) << "up to the last possible beginning, 30 s";
   EXPECT_LE(latest, 3.0);
   EXPECT_EQ(drawn(7), drawn(7));
 }
 
-TEST_F(LoggedInputsTest, ARunLongerThanTheLogGoesOnAtItsBeginning) {
+TEST_F(LoggedInputsTest, ARunLongerThanTheLogRepeatsIt) {
   simulation_.horizon_s = 100.0;
   const Eigen::MatrixXd u = drawn(0);
   int jumps = 0;
@@ -211,9 +211,9 @@ TEST_F(LoggedInputsTest, ARunLongerThanTheLogGoesOnAtItsBeginning) {
   EXPECT_LE(u.maxCoeff(), 4.0);
 }
 
-TEST_F(LoggedInputsTest, WithoutATimeColumnRowsAreASamplePeriodApart) {
+TEST_F(LoggedInputsTest, RowsAreASamplePeriodApartWithoutATimeColumn) {
   excitation_.log_time.clear();
-  simulation_.horizon_s = 8.0;  // all of it: 81 rows
+  simulation_.horizon_s = 8.0;  // the whole log: 81 rows
   EXPECT_NEAR(drawn(3)(0, 80), 4.0, 1e-9);
 }
 
@@ -231,13 +231,15 @@ TEST_F(LoggedInputsTest, ErrorsNameThePlaceAndTheRemedy) {
   EXPECT_NE(error().find("\"c\""), std::string::npos) << error();
 }
 
-TEST_F(LoggedInputsTest, AStepThatNoTimeIsDrawnBeyondIsRefused) {
+TEST_F(LoggedInputsTest, RefusesAGapThatIsTooLong) {
   const auto said = [&](const std::string& first, const std::string& last) {
     codegen::write_file_atomically(path_, "t,a,b\n" + first + ",1,1\n" + last + ",2,2\n");
     return error();
   };
-  EXPECT_EQ(said("0", "99999"), "no error") << "a million periods of .1 s, less ten";
-  EXPECT_NE(said("0", "1e300").find("csv:3: t is 1e+300 s after the row before, and 1e+05 s, 1e+06 sample periods"),
+  EXPECT_EQ(said("0", "99999"), "no error") << "a million periods of .1 s, minus ten";
+  EXPECT_NE(said("0", "1e300")
+                .find("csv:3: t is 1e+300 s after the row before, and at most 1e+05 s (1e+06 sample "
+                      "periods) are allowed"),
             std::string::npos)
       << error();
   EXPECT_NE(said("-1e308", "1e308").find("csv:3: t is inf s after"), std::string::npos) << error();

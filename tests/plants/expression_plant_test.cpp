@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Two orders of evaluation of the same five operations.
+// Rounding of two orders of evaluation of the same five operations.
 constexpr double kRounding = 1e-14;
 
 PlantConfig van_der_pol_by_expressions() {
@@ -78,7 +78,7 @@ TEST(ExpressionPlant, RefusesInputsThatDoNotFit) {
               HasSubstr("inputs have their place in input_field"));
 }
 
-/// A cart with a servo and drag in moving air: neither is affine in its input.
+/// A cart with a servo and with drag in moving air: neither is affine in its input.
 PlantConfig curved_by_expressions() {
   PlantConfig config;
   config.states = {"p", "v"};
@@ -89,7 +89,7 @@ PlantConfig curved_by_expressions() {
   return config;
 }
 
-TEST(ExpressionPlant, TakesAnyFunctionOfStateAndInput) {
+TEST(ExpressionPlant, AcceptsAnyFunctionOfStateAndInput) {
   const auto plant = make_plant(curved_by_expressions());
   ASSERT_EQ(plant->nu(), 2);
   EXPECT_FALSE(plant->affine_in_inputs());
@@ -100,14 +100,14 @@ TEST(ExpressionPlant, TakesAnyFunctionOfStateAndInput) {
   };
   const Eigen::MatrixXd driven = plant->driven_derivative(x, u), alone = plant->derivative(x);
   for (Eigen::Index i = 0; i < 30; ++i) {
-    EXPECT_LE((driven.col(i) - f(x.col(i), u.col(i))).norm(), 10.0 * kRounding) << "each column with its own u";
+    EXPECT_LE((driven.col(i) - f(x.col(i), u.col(i))).norm(), 10.0 * kRounding) << "each column has its own u";
     EXPECT_LE((alone.col(i) - f(x.col(i), Eigen::Vector2d::Zero())).norm(), 10.0 * kRounding) << "f(x, 0)";
     const Eigen::Vector2d second = f(x.col(i), Eigen::Vector2d(0.0, 1.0)) - f(x.col(i), Eigen::Vector2d::Zero());
     EXPECT_LE((plant->input_field(x, 1).col(i) - second).norm(), 10.0 * kRounding) << "f(x, e_j) - f(x, 0)";
   }
 }
 
-TEST(ExpressionPlant, SaysTheSameByADerivativeWithInputsAsByAnInputField) {
+TEST(ExpressionPlant, DerivativeWithInputsEqualsAnInputField) {
   PlantConfig named = driven_by_expressions();
   named.input_field.clear();
   named.derivative = {"x2 + x1*x2*gain", "mu*(1 - x1^2)*x2 - x1 + force + (mu + x1)*gain"};
@@ -117,7 +117,7 @@ TEST(ExpressionPlant, SaysTheSameByADerivativeWithInputsAsByAnInputField) {
   EXPECT_EQ(a->derivative(x), b->driven_derivative(x, Eigen::MatrixXd::Zero(2, 20)));
 }
 
-TEST(ExpressionPlant, RefusesAnInputThatActsNowhere) {
+TEST(ExpressionPlant, RefusesAnInputWithoutEffect) {
   PlantConfig config = curved_by_expressions();
   config.inputs.push_back("idle");
   EXPECT_THAT(error_of(config), HasSubstr("the input \"idle\" has no effect"));
@@ -137,7 +137,7 @@ TEST(ExpressionPlant, NamesItsChannels) {
   EXPECT_EQ(make_plant(config)->outputs()[1].unit, "m/s");
 }
 
-TEST(ExpressionPlant, LeavesItsDomainAsNan) {
+TEST(ExpressionPlant, ReturnsNanOutsideItsDomain) {
   PlantConfig config;
   config.states = {"x1"};
   config.derivative = {"sqrt(x1)"};

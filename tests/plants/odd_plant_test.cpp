@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Odd plants are recognised, and plants that are only nearly odd are refused with numbers.
+// Odd plants are recognised; plants that are only nearly odd are refused with a counterexample.
 #include "trainer/plants/odd_plant.h"
 
 #include <gmock/gmock.h>
@@ -49,15 +49,15 @@ TEST(OddPlant, TheLorenzSystemIsRefusedWithACounterexample) {
   EXPECT_THAT(found, HasSubstr("and at the image x = ("));
 }
 
-TEST(OddPlant, TheLorenzSystemTurnsAboutItsThirdAxis) {
+TEST(OddPlant, TheLorenzSystemIsOddIfItsThirdStateIsEven) {
   const std::vector<std::string> lorenz = {"10 * (x2 - x1)", "x1 * (28 - x3) - x2", "x1 * x2 - 8 / 3 * x3"};
   EXPECT_EQ(counterexample(lorenz, "x1", {"x3"}), "odd");
-  EXPECT_EQ(counterexample(lorenz, "x1^2", {"x3", "y"}), "odd") << "an output may be even, too";
+  EXPECT_EQ(counterexample(lorenz, "x1^2", {"x3", "y"}), "odd") << "an output may also be even";
   EXPECT_THAT(counterexample(lorenz, "x1^2", {"x3"}), HasSubstr("the output of y"));
   EXPECT_THAT(counterexample(lorenz, "x1", {"x2"}), HasSubstr("and at the image x = ("));
 }
 
-TEST(OddPlant, OfADrivenPlantTheInputTurnsToo) {
+TEST(OddPlant, InputsOfADrivenPlantAlsoChangeTheirSign) {
   PlantConfig plant;
   plant.states = {"v"};
   plant.outputs = {"v"};
@@ -75,20 +75,20 @@ TEST(OddPlant, OfADrivenPlantTheInputTurnsToo) {
   EXPECT_EQ(found("force - drag * v", {"drag"}), "odd") << "a coefficient keeps its sign";
   EXPECT_THAT(found("force - drag * v", {}), HasSubstr("u = ("));
   EXPECT_THAT(found("force^2 - v", {}), HasSubstr("and at the image x = ("));
-  EXPECT_EQ(found("force^2 - v", {}, false), "odd") << "where no input acts, none is asked";
+  EXPECT_EQ(found("force^2 - v", {}, false), "odd") << "an input that does not act is ignored";
 }
 
-TEST(OddPlant, WhereThePlantHasNoValueNothingIsClaimed) {
+TEST(OddPlant, MakesNoClaimOutsideTheDomainOfThePlant) {
   EXPECT_EQ(counterexample({"x2", "-x1 * sqrt(x1^2 - 100)"}, "x1"), "odd");
 }
 
-TEST(OddPlant, OneInitialStateIsEnoughToLookAround) {
+TEST(OddPlant, ASingleInitialStateIsEnough) {
   PlantConfig plant;
   plant.states = {"a", "b"};
   plant.derivative = {"b", "-a + a^2"};
   plant.outputs = {"a"};
   SimulationConfig simulation;
-  simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // from 0, every f with f(0) = 0 looks odd
+  simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // at 0 alone, every f with f(0) = 0 looks odd
   EXPECT_NE(counterexample(plant, {}, simulation), "odd");
 }
 

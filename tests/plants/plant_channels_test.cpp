@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A pendulum that turns over, given by expressions: its angle in each form that logs may have.
+// A pendulum given by expressions that makes full turns: its angle in each encoding that logs may have.
 #include "trainer/plants/plant_channels.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ PlantConfig pendulum(const std::string& angle = "theta", double turn = kTurn) {
   return config;
 }
 
-/// Two runs of 4 s: one turns over again and again, one swings.
+/// Two runs of 4 s: one makes full turns, the other swings.
 Dataset swung(const PlantConfig& config) {
   SimulationConfig simulation;
   simulation.horizon_s = 4.0;
@@ -55,7 +55,7 @@ std::string error_of(const PlantConfig& config) {
   return thrown_message([&] { PlantChannels(config, *make_plant(config)); });
 }
 
-TEST(PlantAngles, AreUnwrappedAlongARunAsThoseOfLogsAre) {
+TEST(PlantAngles, AreUnwrappedAlongARunLikeAnglesOfLogs) {
   for (const auto& [angle, turn] : {std::pair{"theta", kTurn},
                                     {"atan2(sin(theta), cos(theta))", kTurn},
                                     {"180/pi*atan2(sin(theta), cos(theta))", 360.0}}) {
@@ -65,7 +65,7 @@ TEST(PlantAngles, AreUnwrappedAlongARunAsThoseOfLogsAre) {
     EXPECT_EQ(data.states[0].wrap, kTurn);
     for (const Trajectory& run : data.trajectories)
       EXPECT_LE((run.outputs.row(0) * kTurn / turn - run.states.row(0)).cwiseAbs().maxCoeff(), kRounding);
-    EXPECT_LT(data.trajectories[0].states(0, 400), -3.0 * kTurn) << "control: it turns over";
+    EXPECT_LT(data.trajectories[0].states(0, 400), -3.0 * kTurn) << "control: it makes full turns";
   }
 }
 
@@ -81,7 +81,7 @@ TEST(PlantAngles, AreUnwrappedAcrossALeadIn) {
   EXPECT_LE((turns.array() - std::round(turns(0))).abs().maxCoeff(), kRounding);
 }
 
-TEST(PlantChannels, AreThePlantsOwnUnlessSaid) {
+TEST(PlantChannels, AreThoseOfThePlantByDefault) {
   const PlantConfig config = pendulum();
   const PlantChannels channels(config, *make_plant(config));
   EXPECT_TRUE(channels.plain());
@@ -123,7 +123,7 @@ TEST(PlantChannels, GiveAnglesAsSineAndCosine) {
   expect_row(run.outputs.row(1), cosine);
   expect_row(run.derivatives.row(0), cosine.cwiseProduct(omega));
   expect_row(run.derivatives.row(1), -sine.cwiseProduct(omega));
-  // And back: the angle itself, within half a turn.
+  // The inverse: the angle itself, within half a turn.
   const Eigen::RowVectorXd degrees = channels.plant_outputs(run.outputs);
   EXPECT_LE(degrees.cwiseAbs().maxCoeff(), 180.0);
   EXPECT_LE((degrees * std::numbers::pi / 180.0 - theta)
@@ -144,7 +144,7 @@ TEST(PlantChannels, AreTheEstimatedStatesInTheirOrder) {
   const Eigen::MatrixXd own = data.trajectories[1].states;
   rate.apply(data);
   EXPECT_EQ(data.trajectories[1].states, own.row(1));
-  EXPECT_EQ(data.trajectories[1].unestimated, own.row(0)) << "a prior steps it, too";
+  EXPECT_EQ(data.trajectories[1].unestimated, own.row(0)) << "a prior also steps this state";
   EXPECT_EQ(data.trajectories[1].from(2).unestimated, own.row(0).rightCols(own.cols() - 2));
   config.estimated = {"omega", "theta"};
   const PlantChannels swapped(config, *make_plant(config));
@@ -153,14 +153,14 @@ TEST(PlantChannels, AreTheEstimatedStatesInTheirOrder) {
   EXPECT_EQ(swapped.states(own).row(0), own.row(1));
 }
 
-TEST(PlantAngles, MayNotTurnOverWhereTheyAreEstimatedUnwrapped) {
+TEST(PlantAngles, MayNotMakeFullTurnsIfTheyAreEstimatedUnwrapped) {
   Experiment experiment;
   experiment.plant = pendulum();
   experiment.plant->output_encodings = {Encoding::kSincos};
   experiment.simulation.horizon_s = 4.0;
   experiment.simulation.initial_distribution = InitialDistribution::kList;
   experiment.simulation.initial_states = {{0.5, 0.0}};
-  EXPECT_NO_THROW(simulate_training_sets(experiment)) << "it may swing";
+  EXPECT_NO_THROW(simulate_training_sets(experiment)) << "control: it may swing";
   experiment.simulation.initial_states = {{0.0, 9.0}};
   EXPECT_THAT(thrown_message([&] { simulate_training_sets(experiment); }),
               HasSubstr("the state theta makes whole turns"));

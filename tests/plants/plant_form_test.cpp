@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear expressions are recognised, and expressions that only look linear are not.
+// Linear expressions are recognised; expressions that only look linear are not.
 #include "trainer/plants/plant_form.h"
 
 #include <gmock/gmock.h>
@@ -42,7 +42,7 @@ TEST(RecogniseLinear, FindsTheMatricesOfLinearExpressions) {
   EXPECT_EQ(found.plant->outputs().front().name, "y");
 }
 
-TEST(RecogniseLinear, SeesNonlinearPlants) {
+TEST(RecogniseLinear, RecognisesNonlinearPlants) {
   const std::vector<std::string> linear = {"v", "-p"};
   ASSERT_TRUE(recognised(linear, "p").plant) << "control";
   for (const char* nonlinear : {"-sin(p)", "-p - 1e-9 * p^3", "-p * v", "-abs(p)", "max(-50, min(50, -p))",
@@ -54,14 +54,14 @@ TEST(RecogniseLinear, SeesNonlinearPlants) {
   EXPECT_FALSE(recognised(linear, "p^2").plant);
 }
 
-TEST(RecogniseLinear, TellsOffsetsFromTheRest) {
+TEST(RecogniseLinear, DistinguishesConstantOffsetsFromNonlinearity) {
   const Linearity falling = recognised({"v", "-c * v - g"}, "p");
   EXPECT_FALSE(falling.plant);
   EXPECT_TRUE(falling.affine);
   EXPECT_TRUE(recognised({"v", "-p"}, "p - 0.2").affine);
 }
 
-TEST(RecogniseLinear, KnowsTheBuiltInPlants) {
+TEST(RecogniseLinear, RecognisesTheBuiltInPlants) {
   for (const PlantEntry& entry : plant_registry()) {
     PlantConfig config;
     config.model = entry.name;
@@ -87,7 +87,7 @@ std::string error_of(const Plant& plant) {
   return thrown_message([&] { affine_input_field(plant, kLow, kHigh); });
 }
 
-TEST(AffineInputField, OfALinearPlantIsItsBWithoutRounding) {
+TEST(AffineInputField, OfALinearPlantEqualsBWithoutRounding) {
   const Eigen::MatrixXd b = (Eigen::Matrix2d() << 0.1, -0.3, 1.0 / 3.0, 7e-9).finished();
   const LinearPlant plant("driven", channels({"x1", "x2"}), channels({"y"}), Eigen::Matrix2d::Identity(),
                           Eigen::RowVector2d(1.0, 0.0), channels({"u1", "u2"}), b);
@@ -96,7 +96,7 @@ TEST(AffineInputField, OfALinearPlantIsItsBWithoutRounding) {
   EXPECT_EQ(field.bias, Eigen::VectorXd(b.reshaped()));
 }
 
-TEST(AffineInputField, OfABilinearPlantIsItsMatricesColumnAfterColumn) {
+TEST(AffineInputField, OfABilinearPlantHasTheColumnsOfItsMatrices) {
   const auto plant = driven_by({{"2 + 3*x1", "x2"}, {"-x1 + 4*x2", "5"}});
   const codegen::DenseLayer field = affine_input_field(*plant, kLow, kHigh);
   const Eigen::MatrixXd weights = (Eigen::MatrixXd(4, 2) << 3.0, 0.0, -1.0, 4.0, 0.0, 1.0, 0.0, 0.0).finished();
@@ -119,11 +119,11 @@ TEST(AffineInputField, HasTheSlopeAlongAStateThatStartsAtOneValue) {
 }
 
 TEST(AffineInputField, NamesTheInputAndTheDeviationOfAFieldThatIsNotAffine) {
-  // Odd about the centre x1 = 1: the differences across the box see its chord, not its bend.
+  // Odd about the centre x1 = 1: differences across the box show its chord, but not its curvature.
   const std::string message = error_of(*driven_by({{"0", "0"}, {"1", "(x1 - 1)^3"}}));
   EXPECT_THAT(message, HasSubstr("plant expressions: the field of input u2 is not affine in the state: at x = ("));
   EXPECT_THAT(message,
-              HasSubstr("it differs from the affine fit by 3.08"));  // chord 4 d less d^3: 3.08 at d = 2 / sqrt 3
+              HasSubstr("it differs from the affine fit by 3.08"));  // chord 4 d minus d^3: 3.08 at d = 2 / sqrt 3
   EXPECT_THAT(error_of(*driven_by({{"0"}, {"max(x1, 2.5)"}})), HasSubstr("input u1 is not affine"));
   EXPECT_THAT(error_of(*driven_by({{"0"}, {"sqrt(x1)"}})), HasSubstr("input u1 is not affine"));  // NaN below 0
   EXPECT_EQ(error_of(*driven_by({{"0"}, {"x1*1e-3"}})), "no error");
@@ -132,7 +132,7 @@ TEST(AffineInputField, NamesTheInputAndTheDeviationOfAFieldThatIsNotAffine) {
   EXPECT_THAT(error_of(*make_plant(autonomous)), HasSubstr("has no input"));
 }
 
-TEST(AffineInputField, OfDerivativesThatNameTheInputsIsTheirSlopeInThemWhereItIsOne) {
+TEST(AffineInputField, IsFoundFromDerivativesThatAreAffineInTheirInputs) {
   PlantConfig config;
   config.states = {"x1", "x2"};
   config.outputs = {"x1"};
@@ -141,7 +141,7 @@ TEST(AffineInputField, OfDerivativesThatNameTheInputsIsTheirSlopeInThemWhereItIs
   const codegen::DenseLayer named = affine_input_field(*make_plant(config), kLow, kHigh);
   const codegen::DenseLayer field =
       affine_input_field(*driven_by({{"2 + 3*x1", "x2"}, {"-x1 + 4*x2", "5"}}), kLow, kHigh);
-  constexpr double kFieldRounding = 1e-13;  // a difference of two derivatives, of numbers up to 40
+  constexpr double kFieldRounding = 1e-13;  // a difference of two derivatives with values up to 40
   EXPECT_LE((named.weights - field.weights).cwiseAbs().maxCoeff(), kFieldRounding);
   EXPECT_LE((named.bias - field.bias).cwiseAbs().maxCoeff(), kFieldRounding);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Properties of every built-in plant. A new plant is tested by its line in the registry.
+// Properties of each built-in plant. A line in the registry is enough to test a new plant.
 #include "trainer/plants/plant_registry.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class EveryPlant : public testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(EveryPlant, IsCalledByItsNameAndHasSafeChannelNames) {
+TEST_P(EveryPlant, HasItsNameAndValidChannelNames) {
   const auto p = plant();
   EXPECT_EQ(p->name(), GetParam());
   EXPECT_TRUE(codegen::is_identifier(p->name()));
@@ -49,7 +49,8 @@ TEST_P(EveryPlant, HasTheSameDerivativeForABatchAsForEachColumn) {
   const Eigen::MatrixXd dx = p->derivative(x), y = p->output(x);
   ASSERT_EQ(dx.rows(), p->nx());
   ASSERT_EQ(y.rows(), p->ny());
-  constexpr double kVectorRounding = 1e-14;  // Eigen's vectorised sine is not the scalar one to the last bit
+  // The last bit of Eigen's vectorised sine may differ from that of the scalar one.
+  constexpr double kVectorRounding = 1e-14;
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     EXPECT_LE((p->derivative(x.col(i)) - dx.col(i)).cwiseAbs().maxCoeff(), kVectorRounding);
     EXPECT_LE((p->output(x.col(i)) - y.col(i)).cwiseAbs().maxCoeff(), kVectorRounding);
@@ -78,7 +79,7 @@ TEST_P(EveryPlant, IsSimulatedAtFourthOrder) {
     };
     const Eigen::MatrixXd reference = final_states(0.0025);
     const double coarse = (final_states(0.08) - reference).norm(), fine = (final_states(0.04) - reference).norm();
-    EXPECT_GT(coarse, 1e-9);  // else there is no order to measure
+    EXPECT_GT(coarse, 1e-9);  // otherwise rounding hides the order
     return std::log2(coarse / fine);
   };
   EXPECT_NEAR(order({}), 4.0, 0.35);
@@ -102,7 +103,7 @@ TEST_P(EveryPlant, HasAnAffineInputFieldOrNoInput) {
   }
 }
 
-TEST_P(EveryPlant, RefusesAParameterItDoesNotHave) {
+TEST_P(EveryPlant, RefusesAnUnknownParameter) {
   PlantConfig config;
   config.model = GetParam();
   config.parameters = {{"no_such_parameter", 1.0}};

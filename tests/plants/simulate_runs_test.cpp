@@ -51,7 +51,7 @@ Dataset runs_of(const Experiment& e, Eigen::Index count, std::uint64_t seed = 1,
   return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(seed, SeedStream::kTest), count, 1.0, given);
 }
 
-TEST(SimulateRuns, WithNothingDrawnAreTheBytesOfSimulate) {
+TEST(SimulateRuns, WithoutDrawsGiveTheBytesOfSimulate) {
   const Experiment e = experiment(kLag);
   const auto plant = make_plant(*e.plant);
   const Dataset a = runs_of(e, 5);
@@ -64,7 +64,7 @@ TEST(SimulateRuns, WithNothingDrawnAreTheBytesOfSimulate) {
 }
 
 TEST(SimulateRuns, AnInputIsHeldOverThePeriodBeforeItsSample) {
-  // Exactly: x_k = phi x_{k-1} + (1 - phi) b / a u_k, phi = exp(-a h).
+  // Exact solution: x_k = phi x_{k-1} + (1 - phi) b / a u_k, phi = exp(-a h).
   const Dataset set = runs_of(experiment(kExcited), 20);
   ASSERT_EQ(set.inputs.size(), 1u);
   EXPECT_EQ(set.inputs[0].name, "u");
@@ -78,12 +78,12 @@ TEST(SimulateRuns, AnInputIsHeldOverThePeriodBeforeItsSample) {
       shifted = std::max(shifted, std::abs(kept + gain * run.inputs(0, k - 1) - run.states(0, k)));
     }
   }
-  EXPECT_LT(worst, 2e-8);  // error of RK4: (a h)^5 / 120 = 9e-10 of |x| and |b u / a|, 15 together
-  EXPECT_GT(shifted, 1e-3) << "control: the input of the sample before is another";
+  EXPECT_LT(worst, 2e-8);  // error of RK4: (a h)^5 / 120 = 9e-10 of |x| and |b u / a|, together 15
+  EXPECT_GT(shifted, 1e-3) << "control: the input of the previous sample does not fit";
 }
 
 TEST(SimulateRuns, AFirstOrderHoldRampsFromSampleToSample) {
-  // Exactly: phi x + b (u0 (1 - phi) / a + (u1 - u0) / h (h / a - (1 - phi) / a^2)).
+  // Exact solution: phi x + b (u0 (1 - phi) / a + (u1 - u0) / h (h / a - (1 - phi) / a^2)).
   const Dataset set = runs_of(experiment(kExcited, {"observer.input_hold=first_order"}), 20);
   const double phi = std::exp(-kRate * kStep);
   const double held = kGain * (1.0 - phi) / kRate;
@@ -96,14 +96,14 @@ TEST(SimulateRuns, AFirstOrderHoldRampsFromSampleToSample) {
       worst = std::max(worst, std::abs(x - run.states(0, k)));
       without = std::max(without, std::abs(x - ramp * (u1 - u0) - run.states(0, k)));
     }
-  EXPECT_LT(worst, 4e-7);  // error of RK4: b |u1 - u0| a^3 h^4 / 120, at most 2.2e-7, beside the 2e-8 above
-  EXPECT_GT(without, 1e-3) << "control: there are steps within a period";
+  EXPECT_LT(worst, 4e-7);  // error of RK4: b |u1 - u0| a^3 h^4 / 120, at most 2.2e-7, plus the 2e-8 above
+  EXPECT_GT(without, 1e-3) << "control: some inputs step within a period";
   const Dataset zero_order = runs_of(experiment(kExcited), 20);
-  EXPECT_EQ(zero_order.trajectories[3].inputs, set.trajectories[3].inputs) << "one signal, held in two ways";
+  EXPECT_EQ(zero_order.trajectories[3].inputs, set.trajectories[3].inputs) << "the same signal with two holds";
   EXPECT_NE(zero_order.trajectories[3].states, set.trajectories[3].states);
 }
 
-TEST(SimulateRuns, DependOnTheSeedAndNotOnHowManyFollow) {
+TEST(SimulateRuns, DependOnTheSeedAndNotOnTheNumberOfRuns) {
   const Experiment e = experiment(kExcited, {"plant.parameters.a=[1, 3]", "simulation.process_noise=[0.1]"});
   const Dataset few = runs_of(e, 3), many = runs_of(e, 6), other = runs_of(e, 3, 2);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -113,9 +113,9 @@ TEST(SimulateRuns, DependOnTheSeedAndNotOnHowManyFollow) {
   }
 }
 
-TEST(SimulateRuns, EachHasParametersOfItsOwnWithinTheRange) {
+TEST(SimulateRuns, EachRunHasItsOwnParametersWithinTheRange) {
   const Experiment e = experiment(kLag, {"plant.parameters.a=[0.7, 1.3]"});
-  EXPECT_DOUBLE_EQ(value_of(*e.plant, "a"), 1.0) << "nominal: the middle";
+  EXPECT_DOUBLE_EQ(value_of(*e.plant, "a"), 1.0) << "the nominal value is the middle";
   const Dataset set = runs_of(e, 60);
   std::set<double> rates;
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
@@ -128,11 +128,11 @@ TEST(SimulateRuns, EachHasParametersOfItsOwnWithinTheRange) {
     rates.insert(drawn);
   }
   EXPECT_EQ(rates.size(), 60u);
-  EXPECT_LT(*rates.begin(), 0.75);  // missed by 60 uniform draws once in 150
+  EXPECT_LT(*rates.begin(), 0.75);  // 60 uniform draws miss this range once in 150
   EXPECT_GT(*rates.rbegin(), 1.25);
 }
 
-TEST(SimulateRuns, AParametersDrawDependsOnItsNameAlone) {
+TEST(SimulateRuns, TheDrawOfAParameterDependsOnlyOnItsName) {
   const auto drawn = [](const std::vector<std::string>& changes) {
     return value_of(draw_parameters(*experiment(kLag, changes).plant, 5, 2), "b");
   };
@@ -144,13 +144,14 @@ TEST(SimulateRuns, AParametersDrawDependsOnItsNameAlone) {
   EXPECT_NE(value_of(both, "a"), value_of(both, "b"));
 }
 
-TEST(SimulateRuns, AParameterOfABuiltInPlantIsDrawnToo) {
+TEST(SimulateRuns, ParametersOfBuiltInPlantsAreAlsoDrawn) {
   const std::string text =
       "name = \"vdp\"\n[plant]\nmodel = \"van_der_pol\"\nparameters = { mu = [0.7, 1.3] }\n"
       "[simulation]\nhorizon_s = 5\ninitial_low = [1, 1]\ninitial_high = [1, 1]\n"
       "[observer]\neigenvalues = [-3.0]\n";
   const Dataset set = runs_of(experiment(text), 3);
-  EXPECT_EQ(set.trajectories[0].states.col(0), set.trajectories[1].states.col(0)) << "one initial state";
+  EXPECT_EQ(set.trajectories[0].states.col(0), set.trajectories[1].states.col(0))
+      << "both runs have the same initial state";
   EXPECT_GT((set.trajectories[0].states - set.trajectories[1].states).cwiseAbs().maxCoeff(), 1e-2);
 }
 
@@ -159,7 +160,7 @@ TEST(SimulateRuns, ProcessNoiseOnAnIntegratorIsARandomWalk) {
       "name = \"walk\"\n[plant]\nstates = [\"a\", \"b\"]\nderivative = [\"0\", \"0\"]\n"
       "outputs = [\"a\"]\n[simulation]\nhorizon_s = 4\nprocess_noise = [0.5, 0]\n"
       "initial_low = [0, 0]\ninitial_high = [0, 0]\n[observer]\neigenvalues = [-3.0]\n";
-  constexpr int kWalks = 2000;  // a variance to 3.2 % (one standard error)
+  constexpr int kWalks = 2000;  // a variance is known to 3.2 % (one standard error)
   const Dataset set = runs_of(experiment(text), kWalks);
   for (const Eigen::Index k : {50, 200}) {
     double square = 0.0;
@@ -179,25 +180,25 @@ TEST(SimulateRuns, ProcessNoiseOnALagSettlesAtItsStationaryVariance) {
   for (const Trajectory& run : set.trajectories) square += std::pow(run.states(0, run.samples() - 1), 2);
   const double phi = std::exp(-kRate * kStep);  // after 10 s x(0) is forgotten: exp(-20)
   const double variance = 0.25 * kStep / (1.0 - phi * phi);
-  EXPECT_NEAR(variance, 0.25 / (2.0 * kRate), 0.05 * variance) << "sigma^2 / (2 a), but for the step";
+  EXPECT_NEAR(variance, 0.25 / (2.0 * kRate), 0.05 * variance) << "sigma^2 / (2 a), apart from the finite step";
   EXPECT_NEAR(square / 2000, variance, 4.0 * 0.032 * variance);
 }
 
-TEST(SimulateRuns, AGivenInputTakesThePlaceOfTheDrawnOne) {
+TEST(SimulateRuns, AGivenInputReplacesTheDrawnOne) {
   const Experiment e = experiment(kExcited);
   const auto plant = make_plant(*e.plant);
   const Excitation u = parse_excitation(*plant, {"sin(3*t)"});
   const Dataset given = runs_of(e, 2, 1, u);
   EXPECT_EQ(given.trajectories[0].states,
             simulate(*plant, e.simulation, initial_state_seed(1, SeedStream::kTest), 2, 1.0, u).trajectories[0].states);
-  // With parameters of its own each run is simulated alone, u(t) still at the stages of RK4.
+  // With drawn parameters each run is simulated separately, and u(t) is still evaluated at the stages of RK4.
   const Experiment range = experiment(kExcited, {"plant.parameters.a=[2, 2]"});
   const Dataset alone = runs_of(range, 2, 1, u);
   EXPECT_LE((alone.trajectories[1].states - given.trajectories[1].states).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_EQ(alone.trajectories[1].inputs, given.trajectories[1].inputs);
 }
 
-TEST(SimulateRuns, TrainingAndValidationSetsAreExcitedEachByItsOwnStream) {
+TEST(SimulateRuns, TrainingAndValidationSetsHaveDifferentInputs) {
   const TrainingSets sets = simulate_training_sets(experiment(kExcited));
   for (const Dataset* set : {&sets.training, &sets.validation}) {
     ASSERT_EQ(set->inputs.size(), 1u);

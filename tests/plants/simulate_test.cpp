@@ -41,7 +41,7 @@ std::unique_ptr<Plant> named(const std::string& model) {
 TEST(Simulate, HasBothEndsOfTheHorizon) {
   SimulationConfig config = box(1.0, 50.0);
   EXPECT_EQ(sample_count(config), 2501);
-  config.sample_period_s = 0.3;  // no whole number of periods: the last sample lies inside
+  config.sample_period_s = 0.3;  // not a whole number of periods: the last sample lies before the horizon
   config.horizon_s = 1.0;
   EXPECT_EQ(sample_count(config), 4);
 }
@@ -61,14 +61,14 @@ TEST(Simulate, DescribesItsSamples) {
 }
 
 TEST(Simulate, SettlesOnTheVanDerPolLimitCycle) {
-  // Amplitude and period for mu = 1: Andersen & Geer, "Power series expansions for the frequency and period of the
+  // Amplitude and period for mu = 1 from Andersen & Geer, "Power series expansions for the frequency and period of the
   // limit cycle of the van der Pol equation" (1982): 2.00862, 6.66329.
   const auto plant = named("van_der_pol");
   SimulationConfig config = box(1.0, 100.0);
   config.sample_period_s = 0.005;
   const Dataset d = simulate_from(*plant, config, Eigen::Vector2d(0.1, 0.0));
-  const Eigen::VectorXd x1 = d.trajectories[0].states.row(0).tail(10000);  // the last 50 s: the transient is over
-  EXPECT_NEAR(x1.maxCoeff(), 2.00862, 3e-5);  // a crest missed by half a sample: curvature 2 x (h / 2)^2 / 2 = 6e-6
+  const Eigen::VectorXd x1 = d.trajectories[0].states.row(0).tail(10000);  // the last 50 s, after the transient
+  EXPECT_NEAR(x1.maxCoeff(), 2.00862, 3e-5);  // a peak missed by half a sample: curvature 2 x (h / 2)^2 / 2 = 6e-6
   std::vector<double> crossings;
   for (Eigen::Index k = 1; k < x1.size(); ++k)
     if (x1(k - 1) < 0.0 && x1(k) >= 0.0)
@@ -78,12 +78,12 @@ TEST(Simulate, SettlesOnTheVanDerPolLimitCycle) {
   EXPECT_NEAR(period, 6.66329, 2e-5);
 }
 
-TEST(Simulate, KeepsTheInvariantOfTheReverseDuffing) {
+TEST(Simulate, ConservesTheEnergyOfTheReverseDuffing) {
   const auto plant = named("reverse_duffing");
   const Dataset d = simulate(*plant, box(1.0, 50.0), 5, 20);
   for (const Trajectory& run : d.trajectories) {
     const Eigen::ArrayXd energy = 2.0 * run.states.row(0).array().square() + run.states.row(1).array().pow(4);
-    EXPECT_LE((energy - energy(0)).abs().maxCoeff(), 1e-6 * (1.0 + energy(0)));  // RK4's drift over 50 s at 0.02 s
+    EXPECT_LE((energy - energy(0)).abs().maxCoeff(), 1e-6 * (1.0 + energy(0)));  // drift of RK4 over 50 s at 0.02 s
   }
 }
 
@@ -95,16 +95,16 @@ TEST(Simulate, FollowsTheExactSolutionOfALinearPlant) {
   EXPECT_LE((run.states.row(0).transpose().array() - run.time_s.array().cos()).abs().maxCoeff(), 1.5e-8);
 }
 
-TEST(Simulate, SameSeedSameBytes) {
+TEST(Simulate, GivesTheSameBytesForTheSameSeed) {
   const auto plant = named("sine_cosine");
   const Dataset a = simulate(*plant, box(5.0, 5.0), 9, 4), b = simulate(*plant, box(5.0, 5.0), 9, 4);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(a.trajectories[i].states, b.trajectories[i].states);
 }
 
-TEST(Simulate, NamesThePlantAndTheInitialStateOfAnEscape) {
+TEST(Simulate, NamesThePlantAndTheInitialStateOfADivergence) {
   PlantConfig config;
   config.states = {"x1", "x2"};
-  config.derivative = {"x1^2", "0"};  // leaves in finite time: 1/x1(0)
+  config.derivative = {"x1^2", "0"};  // escapes at 1 / x1(0)
   config.outputs = {"x1"};
   const auto plant = make_plant(config);
   const std::string message = thrown_message([&] {
@@ -113,7 +113,7 @@ TEST(Simulate, NamesThePlantAndTheInitialStateOfAnEscape) {
     simulate_from(*plant, box(2.0, 5.0), initial);
   });
   EXPECT_THAT(message, HasSubstr("x(0) = (1.5, 0.25)"));
-  EXPECT_THAT(message, HasSubstr("t = 0.7 s"));  // it leaves at 2/3 s; RK4 needs a step or two more
+  EXPECT_THAT(message, HasSubstr("t = 0.7 s"));  // it escapes at 2/3 s; RK4 overflows one or two steps later
 }
 
 /// dx/dt = a x + b + u: exp(a t) for b = 0, a drift for a = 0.
@@ -143,8 +143,8 @@ std::vector<std::string> warnings(const std::string& text, const std::vector<std
   return range_warnings(simulate_runs(e, *plant, initial_state_seed(e.seed, SeedStream::kTraining), count), e);
 }
 
-TEST(RangeWarnings, NameTheStateTheTimeAndTheFixOfRunsThatLeaveTheirBox) {
-  // exp(.4 t) is ten times the start after 5.76 s; nothing of the box is beyond 10 m before that.
+TEST(RangeWarnings, NameStateTimeAndRemedyForRunsThatLeaveTheirBox) {
+  // exp(.4 t) is ten times its initial value after 5.76 s; no state of the box is beyond 10 m before that.
   const auto found = warnings(kLine, {"plant.parameters.a=0.4"}, 50);
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0],
@@ -153,17 +153,18 @@ TEST(RangeWarnings, NameTheStateTheTimeAndTheFixOfRunsThatLeaveTheirBox) {
                     HasSubstr("still growing"), HasSubstr("[feedback]"), HasSubstr("horizon_s (now 10)")));
 }
 
-TEST(RangeWarnings, NameGrowthThatIsNotYetFar) {
-  // exp(.2 t): 2.7 half widths by half of the horizon, 7.4 by its end.
+TEST(RangeWarnings, NameUnboundedGrowthBeforeItIsLarge) {
+  // exp(.2 t): 2.7 half widths at half of the horizon, 7.4 at its end.
   const auto found = warnings(kLine, {"plant.parameters.a=0.2"}, 50);
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0], HasSubstr("height starts within -1 and 1 m and grows without bound"));
   EXPECT_THAT(warnings(kLine, {"plant.parameters.a=0.2", "simulation.horizon_s=5"}, 50), IsEmpty())
-      << "the fix it names";
-  EXPECT_THAT(warnings(kLine, {"plant.parameters.b=0.5"}), IsEmpty()) << "from 3.5 to 6 half widths is not yet growth";
+      << "the remedy that it names works";
+  EXPECT_THAT(warnings(kLine, {"plant.parameters.b=0.5"}), IsEmpty())
+      << "control: from 3.5 to 6 half widths is not unbounded growth";
 }
 
-TEST(RangeWarnings, OfAnEncoderProposeWrapsAndNoShorterHorizon) {
+TEST(RangeWarnings, ProposeWrapsForAnEncoderInsteadOfAShorterHorizon) {
   const std::string encoder = R"(
 name = "encoder"
 [plant]
@@ -192,7 +193,7 @@ eigenvalues = [-3.0, -5.0]
   }
 }
 
-TEST(RangeWarnings, AreSilentForPlantsThatSettleSwingOrTurn) {
+TEST(RangeWarnings, DoNotAppearForPlantsThatSettleSwingOrTurn) {
   EXPECT_THAT(warnings(kLine), IsEmpty());
   EXPECT_THAT(warnings(kLine, {"plant.parameters.a=-1", "plant.parameters.b=9"}), IsEmpty()) << "settles at 9";
   EXPECT_THAT(warnings(kLine, {"plant.parameters.b=9", "plant.state_wraps=[\"2pi\"]", "plant.output_wraps=[\"2pi\"]",
@@ -203,7 +204,7 @@ TEST(RangeWarnings, AreSilentForPlantsThatSettleSwingOrTurn) {
   EXPECT_THAT(warnings(kLine, {"plant.parameters.b=9"}), SizeIs(1));
 }
 
-TEST(RangeWarnings, SayThatAFeedbackDoesNotHoldThePlant) {
+TEST(RangeWarnings, NameAFeedbackThatDoesNotHoldThePlant) {
   const std::string loop =
       kLine + "[feedback]\nlaw = [\"-1.5*height\"]\nactuator_low = [-0.1]\nactuator_high = [0.1]\n";
   const std::vector<std::string> unstable = {"plant.parameters.a=0.8"};
@@ -214,7 +215,8 @@ TEST(RangeWarnings, SayThatAFeedbackDoesNotHoldThePlant) {
               IsEmpty());
 }
 
-/// Shipped plants whose range is wider than any start: spikes of an attractor, an epidemic, a ship that sails away.
+/// Shipped plants whose range is much larger than their initial states: spikes of an attractor, an epidemic, a ship
+/// that moves away.
 TEST(RangeWarnings, AppearForThreeShippedExperiments) {
   std::set<std::string> found;
   for (const ShippedExperiment& shipped : shipped_experiments()) {

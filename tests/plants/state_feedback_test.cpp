@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The loop of [feedback] on a linear plant, where it has a closed form: x_{k+1} = (Ad - Bd K) x_k.
+// The loop of [feedback] on a linear plant, which has a closed form: x_{k+1} = (Ad - Bd K) x_k.
 #include "trainer/plants/state_feedback.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// An inverted pendulum about its upright: dx/dt = [0 1; 4 0] x + [0; 1] u, poles at +-2; y = angle.
+/// An inverted pendulum about its upright position: dx/dt = [0 1; 4 0] x + [0; 1] u, poles at +-2; y = angle.
 const std::string kUpright = R"(name = "upright"
 threads = 1
 [plant]
@@ -61,7 +61,7 @@ Dataset runs_of(const Experiment& e, const codegen::Model* observer = nullptr, E
   return simulate_runs(e, *plant, initial_state_seed(1, SeedStream::kTest), count, 1.0, {}, estimators);
 }
 
-/// Ad and Bd of the plant with its input held over the period, and the gain of the law.
+/// Ad and Bd of the plant, with its input held over the period, and the gain of the law.
 struct Loop {
   Eigen::Matrix2d a;
   Eigen::Vector2d b;
@@ -80,7 +80,7 @@ double largest(const Dataset& set) {
   return most;
 }
 
-TEST(StateFeedback, OfTheTrueStateMovesALinearPlantByTheClosedLoopsMatrix) {
+TEST(StateFeedback, OfTheTrueStateGivesTheClosedLoopMatrix) {
   const Loop loop;
   const Dataset set = runs_of(experiment());
   double worst = 0.0, open = 0.0;
@@ -93,11 +93,11 @@ TEST(StateFeedback, OfTheTrueStateMovesALinearPlantByTheClosedLoopsMatrix) {
       open = std::max(open, (run.states.col(k) - free).norm());
     }
   }
-  EXPECT_LT(worst, 1e-8);  // RK4: (2 h)^5 / 120 = 9e-10 of |x| < 1 in a step, forgotten by the loop within 20
-  EXPECT_GT(open, 1.0) << "control: without the loop it falls";
+  EXPECT_LT(worst, 1e-8);  // RK4: (2 h)^5 / 120 = 9e-10 of |x| < 1 per step, forgotten by the loop within 20 steps
+  EXPECT_GT(open, 1.0) << "control: without the loop the pendulum falls";
 }
 
-/// The plant with a third state that decays by itself, and an observer that does not estimate it.
+/// The plant with a third state that decays independently, and an observer that does not estimate it.
 Experiment with_hidden_state(const std::vector<std::string>& changes = {}) {
   std::string text = kUpright;
   const auto replace = [&](const std::string& old, const std::string& by) {
@@ -110,15 +110,16 @@ Experiment with_hidden_state(const std::vector<std::string>& changes = {}) {
   return parse_experiment(text, "e.toml", changes);
 }
 
-TEST(StateFeedback, OverTheEstimatedStatesMovesThePlantAsOverAll) {
+TEST(StateFeedback, OverTheEstimatedStatesEqualsThatOverAllStates) {
   const Dataset all = runs_of(experiment({"feedback.error=[0.01, 0.02]"}), nullptr, 1),
                 some = runs_of(with_hidden_state({"feedback.error=[0.01, 0.02, 5]"}), nullptr, 1);
-  // The third start is drawn between the others' from the second run on: the first run has the same start.
+  // From the second run on, the third initial state is drawn between those of the others; the first run has the same
+  // initial state.
   EXPECT_TRUE(some.trajectories[0].states.topRows(2).isApprox(all.trajectories[0].states, 1e-12));
   EXPECT_GT(largest(all), 0.1);
 }
 
-TEST(StateFeedback, OfAnObserverOfSomeStatesReadsTheirEstimates) {
+TEST(StateFeedback, ReadsTheEstimatesOfAnObserverOfSomeStates) {
   const Experiment e = with_hidden_state();
   const TrainingSets sets = simulate_training_sets(e);
   const codegen::Model model = train(e, sets.training, sets.validation, {}).model;
@@ -134,18 +135,18 @@ TEST(StateFeedback, OfAnObserverOfSomeStatesReadsTheirEstimates) {
   }
 }
 
-TEST(StateFeedback, AConstantErrorOfTheEstimateMovesTheRestByItsGain) {
-  // 4 angle = K (x + e) at rest: angle = -K e / (K1 - 4).
+TEST(StateFeedback, AConstantErrorOfTheEstimateShiftsTheSteadyStateByItsGain) {
+  // In steady state 4 angle = K (x + e), so angle = -K e / (K1 - 4).
   const Dataset set = runs_of(experiment({"feedback.error=[0.01, 0.02]", "simulation.horizon_s=12"}));
   for (const Trajectory& run : set.trajectories) {
     const Eigen::Vector2d rest = run.states.col(run.samples() - 1);
     EXPECT_NEAR(rest(1), 0.0, 1e-8);
-    EXPECT_NEAR(run.inputs(0, run.samples() - 1), -4.0 * rest(0), 1e-6) << "the law holds it where it rests";
-    EXPECT_GT(std::abs(rest(0)), 1e-5) << "control: without an error it would rest upright";
+    EXPECT_NEAR(run.inputs(0, run.samples() - 1), -4.0 * rest(0), 1e-6) << "the law holds it in the steady state";
+    EXPECT_GT(std::abs(rest(0)), 1e-5) << "control: without an error the angle would be 0";
   }
 }
 
-TEST(StateFeedback, IsClippedAsItsActuatorIs) {
+TEST(StateFeedback, IsClippedToTheLimitsOfItsActuator) {
   const Dataset free = runs_of(experiment()),
                 clipped = runs_of(experiment({"feedback.actuator_low=[-0.5]", "feedback.actuator_high=[0.25]"}));
   EXPECT_GT(largest(free), 1.0);
@@ -158,7 +159,7 @@ TEST(StateFeedback, IsClippedAsItsActuatorIs) {
   EXPECT_EQ(most, 0.25);
 }
 
-TEST(StateFeedback, TakesDrawnInputsForReferencesAndLeavesRunsOutsideOfItsShare) {
+TEST(StateFeedback, UsesDrawnInputsAsReferencesInItsShareOfTheRuns) {
   const std::vector<std::string> drawn = {"excitation.low=[-1]", "excitation.high=[1]"};
   std::vector<std::string> half = drawn;
   half.emplace_back("feedback.share=0.5");
@@ -177,7 +178,7 @@ TEST(StateFeedback, TakesDrawnInputsForReferencesAndLeavesRunsOutsideOfItsShare)
   }
 }
 
-TEST(StateFeedback, ByAnObserverUsesItsOwnEstimatesOverTheRun) {
+TEST(StateFeedback, OfAnObserverUsesItsEstimates) {
   const Experiment e = experiment();
   const TrainingSets sets = simulate_training_sets(e);
   EXPECT_TRUE(sets.training.reads_inputs);
@@ -190,14 +191,15 @@ TEST(StateFeedback, ByAnObserverUsesItsOwnEstimatesOverTheRun) {
     const Eigen::MatrixXd x_hat = observer.run(run.outputs, run.inputs, run.time_s, true).x_hat;
     for (Eigen::Index k = 0; k + 1 < run.samples(); ++k) {
       const double u = -(12.0 * x_hat(0, k) + 5.0 * x_hat(1, k));
-      ASSERT_NEAR(run.inputs(0, k + 1), u, 1e-4);  // float: a batch of samples sums in another order than one
+      // Float: a batch of samples is summed in another order than a single sample.
+      ASSERT_NEAR(run.inputs(0, k + 1), u, 1e-4);
     }
     other = std::max(other, (run.inputs - without.trajectories[i].inputs).cwiseAbs().maxCoeff());
   }
   EXPECT_GT(other, 1e-3) << "control: the loop is not closed by the true state";
 }
 
-TEST(FeedbackRounds, AddRunsInTheLoopOfTheLastObserverAndValidateInIt) {
+TEST(FeedbackRounds, AddRunsInTheLoopOfTheLastObserverAlsoForValidation) {
   const Experiment e = experiment({"feedback.rounds=1"});
   const TrainingSets none = simulate_training_sets(experiment()), first = simulate_training_sets(e);
   const codegen::Model model = train(e, first.training, first.validation, {}).model;
@@ -210,16 +212,16 @@ TEST(FeedbackRounds, AddRunsInTheLoopOfTheLastObserverAndValidateInIt) {
       return sets.training.trajectories[after + i].states;
     };
     const std::size_t added = first.training.trajectories.size();
-    EXPECT_EQ(states(first), states(none)) << "round 0 is in the loop of the true state, however many follow";
-    EXPECT_EQ(states(second), states(first)) << "runs of round 0 stay";
+    EXPECT_EQ(states(first), states(none)) << "round 0 uses the loop of the true state, for any number of rounds";
+    EXPECT_EQ(states(second), states(first)) << "runs of round 0 are kept";
     EXPECT_EQ(states(second, added), states(again, added));
     EXPECT_NE(states(second, added), states(of_true_state, added)) << "the observer is in the loop";
     EXPECT_TRUE(states(second, added).col(0) == states(of_true_state, added).col(0));
-    EXPECT_FALSE(states(second, added).col(0) == states(first).col(0)) << "from starts of its own";
+    EXPECT_FALSE(states(second, added).col(0) == states(first).col(0)) << "with new initial states";
   }
 }
 
-TEST(StateFeedback, RefusesAnObserverThatIsNotToldTheInput) {
+TEST(StateFeedback, RefusesAnObserverWithoutTheInput) {
   const Experiment e = experiment();
   const TrainingSets sets = simulate_training_sets(e);
   Dataset blind = sets.training, blind_validation = sets.validation;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The pairs (z, x) that the supervised baseline learns from, on a linear plant: T solves the Sylvester equation
-// T A = D T + F C, and every pair that counts must satisfy z = T x.
+// The pairs (z, x) from which the supervised baseline learns, on a linear plant: T solves the Sylvester equation T A =
+// D T + F C, and each unmasked pair must satisfy z = T x.
 #include "trainer/data/transient.h"
 
 #include <gmock/gmock.h>
@@ -50,7 +50,7 @@ Eigen::MatrixXd sylvester(const LinearPlant& plant) {
   return t;
 }
 
-/// z - T x at all samples, z from 0 at the first of them.
+/// z - T x at all samples, with z = 0 at the first of them.
 Eigen::MatrixXd residual(const LinearPlant& plant, const Trajectory& run, double period_s) {
   const std::vector<double> y(run.outputs.row(0).begin(), run.outputs.row(0).end());
   const std::vector<double> steps(y.size() - 1, period_s);
@@ -63,7 +63,7 @@ Eigen::MatrixXd residual(const LinearPlant& plant, const Trajectory& run, double
   return z - sylvester(plant) * run.states;
 }
 
-/// The largest |z - T x| over the samples that count.
+/// Returns the largest |z - T x| over the unmasked samples.
 double worst(const Eigen::MatrixXd& residual, const Trajectory& run) {
   return (residual.array().abs().colwise().maxCoeff() * run.weight.transpose().array()).maxCoeff();
 }
@@ -74,24 +74,25 @@ Trajectory with_lead_in(const LinearPlant& plant, double period_s, double k) {
   return data.trajectories[0];
 }
 
-// The ramp between samples misses the harmonic by (omega h)^2 / 12 of its amplitude, and |T| < 1 here.
+// Linear interpolation between samples differs from the harmonic by (omega h)^2 / 12 of its amplitude, and |T| < 1
+// here.
 double ramp_error(double period_s) {
   return std::pow(kOmega * period_s, 2) / 12.0;
 }
 
-constexpr double kLong = 25.0;  // exp(-25) = 1e-11: nothing is left of the filter's start
+constexpr double kLong = 25.0;  // exp(-25) = 1e-11: the filter has forgotten its initial state
 
 TEST(Transient, LastsKOverTheSlowestEigenvalue) {
   ObserverConfig observer;
   observer.eigenvalues = {-2.0, -0.5};
   observer.pairs = {{-4.0, 9.0}};
-  observer.clocks_s = {100.0};  // no eigenvalue of the filter
+  observer.clocks_s = {100.0};  // a clock is not an eigenvalue of the filter
   EXPECT_DOUBLE_EQ(transient_time_s(observer, 5.0), 10.0);
   observer.pairs = {{-0.25, 9.0}};
   EXPECT_DOUBLE_EQ(transient_time_s(observer, 5.0), 20.0);
 }
 
-TEST(Transient, LeadInMakesEveryPairOneOfTheMapFromSampleZeroOn) {
+TEST(Transient, WithALeadInAllPairsSatisfyTheMap) {
   const LinearPlant plant = oscillator();
   const Trajectory run = with_lead_in(plant, 0.02, kLong);
   EXPECT_EQ(run.weight.sum(), 601.0);
@@ -101,7 +102,7 @@ TEST(Transient, LeadInMakesEveryPairOneOfTheMapFromSampleZeroOn) {
   EXPECT_GT(worst(residual(plant, alone, 0.02), alone), 0.1) << "control: without the lead-in z(0) = 0";
 }
 
-TEST(Transient, LeadInLeavesTheErrorOfTheHoldWhichFallsAtSecondOrder) {
+TEST(Transient, WithALeadInOnlyTheErrorOfTheHoldRemainsWhichIsOfSecondOrder) {
   const LinearPlant plant = oscillator();
   const auto error = [&](double h) {
     const Trajectory run = with_lead_in(plant, h, kLong);
@@ -111,8 +112,8 @@ TEST(Transient, LeadInLeavesTheErrorOfTheHoldWhichFallsAtSecondOrder) {
   EXPECT_NEAR(std::log2(error(0.04) / error(0.02)), 2.0, 0.1);
 }
 
-TEST(Transient, LeadInLeavesExpMinusKOfTheStart) {
-  // z(0) - T x(0) = -exp(-D t_c) T x(-t_c): the slow mode's share is exp(-k).
+TEST(Transient, LeadInReducesTheInitialErrorByExpMinusK) {
+  // z(0) - T x(0) = -exp(-D t_c) T x(-t_c): the slow mode contributes exp(-k).
   const LinearPlant plant = oscillator();
   for (const double k : {1.0, 3.0, 6.0}) {
     constexpr double kPeriod = 0.01;
@@ -124,7 +125,7 @@ TEST(Transient, LeadInLeavesExpMinusKOfTheStart) {
   }
 }
 
-TEST(Transient, LeadInIsThePlantsPastAtFourthOrder) {
+TEST(Transient, LeadInIsThePastOfThePlantAtFourthOrder) {
   const LinearPlant plant = oscillator();
   const auto error = [&](double h) {
     const Trajectory run = with_lead_in(plant, h, 4.0);
@@ -133,11 +134,11 @@ TEST(Transient, LeadInIsThePlantsPastAtFourthOrder) {
     const auto past = (run.time_s.array() < 0.0).cast<double>();
     return ((run.states.row(0).transpose().array() - x1).abs() * past).maxCoeff();
   };
-  EXPECT_GT(error(0.04), 1e-9);  // else there is no order to measure
+  EXPECT_GT(error(0.04), 1e-9);  // otherwise rounding hides the order
   EXPECT_NEAR(std::log2(error(0.08) / error(0.04)), 4.0, 0.1);
 }
 
-TEST(Transient, LeadInComesBeforeTheRunAndDoesNotCount) {
+TEST(Transient, LeadInPrecedesTheRunAndIsMasked) {
   const LinearPlant plant = oscillator();
   const Trajectory before = simulate_from(plant, sampled(0.02), kInitial).trajectories[0];
   const Trajectory run = with_lead_in(plant, 0.02, 5.0);
@@ -151,7 +152,7 @@ TEST(Transient, LeadInComesBeforeTheRunAndDoesNotCount) {
   EXPECT_TRUE((run.time_s.tail(run.samples() - 1).array() > run.time_s.head(run.samples() - 1).array()).all());
 }
 
-TEST(Transient, DroppedPairsLeaveThoseWithinExpMinusKOfTheMap) {
+TEST(Transient, RemainingPairsAreWithinExpMinusKOfTheMap) {
   const LinearPlant plant = oscillator();
   for (const double k : {2.0, 5.0, 8.0}) {
     Dataset data = simulate_from(plant, sampled(0.005), kInitial);
@@ -160,10 +161,10 @@ TEST(Transient, DroppedPairsLeaveThoseWithinExpMinusKOfTheMap) {
     const double start = (sylvester(plant) * kInitial).cwiseAbs().maxCoeff();
     const double error = worst(residual(plant, run, 0.005), run);
     EXPECT_LT(error, std::exp(-k) * start + 2.0 * ramp_error(0.005)) << "k = " << k;
-    EXPECT_EQ(run.weight(static_cast<Eigen::Index>(std::lround(k / 0.005))), 1.0) << "t_c itself counts";
+    EXPECT_EQ(run.weight(static_cast<Eigen::Index>(std::lround(k / 0.005))), 1.0) << "the sample at t_c is used";
     EXPECT_EQ(run.weight(static_cast<Eigen::Index>(std::lround(k / 0.005)) - 1), 0.0);
     if (k < 3.0) {
-      EXPECT_GT(error, 0.5 * std::exp(-k) * start) << "control: the transient is there to be dropped";
+      EXPECT_GT(error, 0.5 * std::exp(-k) * start) << "control: there is a transient to drop";
     }
   }
 }
@@ -175,8 +176,8 @@ TEST(Transient, DropKeepsEarlierMasks) {
   EXPECT_EQ(data.trajectories[0].weight.sum(), 601.0 - 50.0 - 10.0);
 }
 
-TEST(Transient, TheFilterOfTrainingSeesTheSamePairs) {
-  // The float32 route that the objective reads: z of whole runs, weights as they stand in the data.
+TEST(Transient, FilterOfTheTrainingGivesTheSamePairs) {
+  // The float32 filter of the objective: z of whole runs, with the weights of the data.
   const LinearPlant plant = oscillator();
   Experiment experiment;
   experiment.observer.eigenvalues = kEigenvalues;
@@ -217,16 +218,17 @@ TEST(Transient, NamesWhereTheBackwardFlowEscapes) {
   config.model = "van_der_pol";
   const auto plant = make_plant(config);
   Eigen::MatrixXd initial(2, 2);
-  initial << 0.5, 3.0, 0.5, 2.0;  // inside of the limit cycle, and outside
+  initial << 0.5, 3.0, 0.5, 2.0;  // inside and outside of the limit cycle
   const std::string message = lead_in_error(*plant, initial, 5.0, 5.0);
   EXPECT_THAT(message, HasSubstr("plant van_der_pol: backwards from x(0) = (3, 2)"));
   EXPECT_THAT(message, HasSubstr("at t = -0."));
   EXPECT_THAT(message, HasSubstr("use \"drop\""));
-  EXPECT_EQ(lead_in_error(*plant, initial.leftCols(1), 5.0, 5.0), "no error") << "control: inside it ends at rest";
+  EXPECT_EQ(lead_in_error(*plant, initial.leftCols(1), 5.0, 5.0), "no error")
+      << "control: inside, it ends at the equilibrium";
 }
 
 TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterDecays) {
-  // x' = -a x grows backwards by exp(a t_c); with lambda = -1 and t_c = k the filter forgets exp(-k).
+  // x' = -a x grows backwards as exp(a t_c); with lambda = -1 and t_c = k the filter forgets by exp(-k).
   const auto decaying = [](double a) {
     const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
     return LinearPlant("decaying", channels({"x"}), channels({"y"}), -a * one, one);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The program that Frama-C's EVA analyses (eva.sh) with an exported C99 pair NAME: every sequence of calls with every
-// argument, NaN and infinities among them; then every call on an observer with any bits in its memory.
+// The program that Frama-C's EVA analyses (eva.sh) with an exported C99 pair NAME: any sequence of calls with any
+// arguments, including NaN and infinities; then each call on an observer with any bits in its memory.
 #include <__fc_builtin.h>
 
 #define JOIN_(a, b) a##b
@@ -105,7 +105,7 @@ int main(void) {
       NAME_(restore)(&o, &saved);
     }
     for (int j = 0; j < (int)(sizeof(o.y) / sizeof(o.y[0])); ++j) {
-      // Relations between numbers are not EVA's: that an angle stays within its turn is for gappa.py.
+      // EVA does not track relations between numbers; gappa.py proves that an angle stays within its turn.
       if (turns[j] > 0) {
         //@ admit angle: \is_finite(o.y[j]) && -turns[j] <= o.y[j] <= turns[j];
       }
@@ -115,7 +115,7 @@ int main(void) {
       //@ assert latent: \is_finite(o.z[r]) && -LARGEST < o.z[r] < LARGEST;
     }
   }
-  // Flipped bits: nothing undefined happens, and a step later z is a number again.
+  // Flipped bits: no undefined behaviour, and z is finite after one step.
   Frama_C_make_unknown((char*)&o, sizeof o);
   any_question(&o);
   any_call(&o, any_int);

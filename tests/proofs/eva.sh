@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Frama-C's EVA on exported C99 pairs under any_flight.c: no alarm, and every assertion of that file is proven.
-# Controls: a bound that is one too far, z that is not looked at.
-#   eva.sh EXPORT_MODEL SOURCE_DIR [EXAMPLE:SCALAR...]   without pairs: all that C99 is written for
+# Runs Frama-C's EVA on exported C99 pairs under any_flight.c: no alarm, and each assertion of that file is proven.
+# Controls: a loop bound that is one too large; a step without the check of z.
+#   eva.sh EXPORT_MODEL SOURCE_DIR [EXAMPLE:SCALAR...]   without pairs: all that C99 supports
 set -euo pipefail
 export_model=$1 source=$(cd "$2" && pwd)
 shift 2
@@ -15,14 +15,14 @@ if (($# == 0)); then
   for example in $("$export_model"); do pairs+=("$example:float" "$example:double" "$example:int16"); done
 fi
 
-# write NAME EXAMPLE SCALAR: false when there is no such export.
+# write NAME EXAMPLE SCALAR: exports; fails if there is no such export.
 write() {
   "$export_model" "$2" c99 "$3" "$1" "$work/$1.h" 2>"$work/refused.txt" && return
   (($# > 3)) && grep -qE 'target c99 writes|^int16 ' "$work/refused.txt" || { cat "$work/refused.txt" >&2 && exit 1; }
   return 1
 }
 
-# analysed NAME SCALAR: what EVA says of the pair.
+# analysed NAME SCALAR: prints EVA's result for the pair.
 analysed() {
   local name=$1 header=$work/$1.h c=$work/$1.c type=float largest=0x1p100f inputs angles settles options=()
   if [[ $2 == double ]]; then type=double largest=0x1p100; fi
@@ -40,7 +40,7 @@ analysed() {
     if grep -q make_unit "$c"; then echo '#define UNIT_LENGTH'; fi # a quotient of 1 at most, which is a relation
     echo "#include \"$source/tests/proofs/any_flight.c\""
   } >"$work/${name}_flight.c"
-  # EVA cannot know that the table of tanh rises, and that its differences therefore fit their type.
+  # EVA cannot know that the table of tanh is increasing, so that its differences fit their type.
   if [[ $2 != int16 ]]; then options=(-warn-signed-downcast -warn-unsigned-downcast); fi
   frama-c -eva -cpp-extra-args="-I$work" -warn-special-float none -warn-invalid-pointer "${options[@]}" \
     -eva-slevel 0 -eva-slevel-function "is_reachable:400,is_sound:2000,${name}_restore:2000,take:10,checked:50" \
@@ -48,7 +48,7 @@ analysed() {
     -eva-domains equality,symbolic-locations "$c" "$work/${name}_flight.c" 2>&1
 }
 
-# proven NAME: EVA has reached all of it, and has no doubt.
+# proven NAME: succeeds if EVA reached all code and raised no alarm.
 proven() {
   ! grep -qE 'got status (unknown|invalid)|rror:|\[kernel\] (User|Frama-C) Error' "$work/$1.txt" &&
     grep -q '0 errors .* 0 warnings' <(grep 'Eva analyzer' "$work/$1.txt") &&
@@ -70,10 +70,10 @@ done
 
 write control tiny float
 cp "$work/control.c" "$work/good.c"
-for spoilt in 's/channel >= 1/channel > 1/' 's/ && (z\[r\] < kLargest)//'; do
-  sed "$spoilt" "$work/good.c" >"$work/control.c"
-  ! cmp -s "$work/good.c" "$work/control.c" || { echo "FAILED  nothing for $spoilt" && failed=1; }
+for control in 's/channel >= 1/channel > 1/' 's/ && (z\[r\] < kLargest)//'; do
+  sed "$control" "$work/good.c" >"$work/control.c"
+  ! cmp -s "$work/good.c" "$work/control.c" || { echo "FAILED  the control changed nothing: $control" && failed=1; }
   analysed control float >"$work/control.txt" || true
-  ! proven control || { echo "FAILED  $spoilt went unseen" && failed=1; }
+  ! proven control || { echo "FAILED  the control was not detected: $control" && failed=1; }
 done
 exit $failed

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Theorems over all floats, by Gappa: what rounding adds to each rational tanh (in the order of the deterministic policy
-and of exported C99), to the gate that is made of it, to an int16 input and to an angle less its whole turns. The
-constants are read from the runtime. How far the rational function itself is from tanh is bounded here, at 60 digits:
-its error e has e' = W / D^2 - e (R + tanh), R = N / D, W = N'D - ND' - D^2 + N^2: small between places where e is known.
-Negative arguments follow by symmetry. Controls: a coefficient that is a little off, more turns than float32 can count.
+"""Proves bounds over all floats by Gappa: the rounding error of each rational tanh (in the order of the deterministic policy
+and of exported C99), of the gate made from it, of an int16 input and of an angle minus its whole turns. The
+constants are read from the runtime. The distance of the rational function from tanh is bounded here, with 60 digits:
+its error e has e' = W / D^2 - e (R + tanh), R = N / D, W = N'D - ND' - D^2 + N^2, so e
+stays small between points where it is known.
+Negative arguments follow by symmetry. Controls: a slightly wrong coefficient, more turns than float32 can count.
   gappa.py SOURCE_DIR
 """
 import decimal
@@ -15,8 +16,8 @@ import struct
 import subprocess
 import sys
 
-# Largest |tanh_rational - tanh| that is proven, by the runtime's name, as trainer/prove says it. A proof adds up
-# what no argument meets at once: tests over every float say kTanhMaxError, kTanh5e6MaxError, kTanh5e5MaxError.
+# Largest proven |tanh_rational - tanh|, by the name in the runtime: its constant in trainer/prove. A proof adds up
+# errors that do not occur together; tests over all floats give kTanhMaxError, kTanh5e6MaxError, kTanh5e5MaxError.
 SAYS = {"kTanh": "kProvenTanh", "kTanh5e6": "kProvenTanh5e6", "kTanh5e5": "kProvenTanh5e5", "double": "kProvenTanhDouble"}
 CERTIFICATE = (pathlib.Path(__file__).parents[2] / "trainer/prove/proven_activation.h").read_text()
 PROVEN = {name: float(re.search(rf"\b{says} = ([0-9e.-]+);", CERTIFICATE)[1]) for name, says in SAYS.items()}
@@ -31,7 +32,7 @@ def rounded(scalar, number):
 
 
 def fits(header):
-    """{name: (limit, p, q)} as they stand in activation.h, as decimals of the numbers they round to."""
+    """Returns {name: (limit, p, q)} from activation.h, as exact decimals of the rounded constants."""
     text = re.sub(r"\bc\(([^()]*)\)", r"\1", header.read_text())
     found = {}
     for terms in re.finditer(r"TanhFit<(\w+), (\d)>\{\s*([\d.]+),\s*\{([^}]*)\},\s*\{([^}]*)\}\}", text):
@@ -44,7 +45,7 @@ def fits(header):
 
 
 def proven(script):
-    """Gappa's bounds of what the script asks for with `in ?`: {expression: largest size}."""
+    """Returns Gappa's bounds for each `in ?` of the script: {expression: largest absolute value}."""
     said = subprocess.run(["gappa"], input=script, capture_output=True, text=True)
     bounds = {}
     number = r"(-?\d+)(?:b(-?\d+))?(?: \{[^}]*\})?"  # 3b-1 {1.5, 2^(0.58)}
@@ -70,8 +71,8 @@ def by_halves(c, s, powers):
 
 
 def rounding(name, limit, p, q):
-    """Largest |rounded - exact| of x P / Q over [0, limit]: by relative bounds, as |exact| < 1.01. And how far from 1 it
-    is at the limit, where it stays."""
+    """Returns the largest |rounded - exact| of x P / Q over [0, limit], by relative bounds with |exact| < 1.01, and how far
+    from 1 its value is at the limit, beyond which it is constant."""
     double = name == "double"
     text = f"@rnd = float<ieee_{64 if double else 32}, ne>;\nx = rnd(x_);\ns rnd= x * x;\nS = x * x;\n"
     for letter, c in (("p", p), ("q", q)):
@@ -99,7 +100,7 @@ def tanh(x):
 
 def of_fit(limit, p, q):
     """Largest |x P / Q - tanh| over [0, limit]."""
-    def spread(c, odd):  # the polynomial in x of one in x^2
+    def spread(c, odd):  # from a polynomial in x^2 to one in x
         out = [D(0)] * (2 * len(c) + odd)
         for k, value in enumerate(c):
             out[2 * k + odd] = value
@@ -142,13 +143,13 @@ def of_fit(limit, p, q):
 
 
 def gate(bits, error):
-    """(1 + t) / 2 of a t that is `error` off tanh."""
+    """Returns the error of (1 + t) / 2 for a t with the error `error` from tanh."""
     return proven(f"@rnd = float<ieee_{bits}, ne>;\nt = rnd(t_);\nh rnd= t * 0.5;\ng rnd= h + 0.5;\n"
                   f"G = T * 0.5 + 0.5;\n{{ T in [-1, 1] /\\ |t - T| <= {error} -> g - G in ? }}")["g - G"]
 
 
 def int16_input():
-    """Of a value in +-32767 when it is rounded to an integer, which stays in +-32767."""
+    """Returns the error of rounding a value in +-32767 to an integer, which stays in +-32767."""
     text = ("@rnd = float<ieee_32, ne>;\nq = rnd(q_);\nu rnd= q + 0.5;\ni = int<zr>(u);\n"
             "{ q in [0, 32767] -> i in ? /\\ i - q in ? }\ni - q -> (i - u) + (u - (q + 0.5)) + 0.5;\n")
     bounds = proven(text)
@@ -156,8 +157,8 @@ def int16_input():
 
 
 def turn(bits, most_turns=MOST_TURNS):
-    """Largest |angle - turn * whole_turns(angle, turn)| in turns, for angles of most_turns + 1 turns, and any turn: by a
-    power of 2 it is in [1, 2)."""
+    """Returns the largest |angle - turn * whole_turns(angle, turn)| in turns, for angles of up to most_turns + 1 turns and
+    any turn, which a power of 2 scales into [1, 2)."""
     worst, slices = 0.0, 16
     for k in range(slices):
         low, high = 1 + k / slices, 1 + (k + 1) / slices
@@ -172,7 +173,7 @@ def turn(bits, most_turns=MOST_TURNS):
 
 
 def continued(bits, most_turns=MOST_TURNS):
-    """Largest |y - turn * whole_turns(y - last, turn)| in turns, for a last value within 0.6 turns."""
+    """Returns the largest |y - turn * whole_turns(y - last, turn)| in turns, for a last value within 0.6 turns."""
     worst, slices = 0.0, 16
     for k in range(slices):
         low, high = 1 + k / slices, 1 + (k + 1) / slices
@@ -208,16 +209,16 @@ def main():
     holds("largest int16 input", largest, 32767)
     holds("int16 input, in its last place", off, 0.5 + 2**-9)
     for bits in 32, 64:
-        # From within 0.6 turns an angle is taken to 1.3 turns at most, and brought back to 0.6.
+        # An angle within 0.6 turns moves to at most 1.3 turns and is then brought back to 0.6.
         holds(f"angle next to its last, {bits} bits", continued(bits), 1.3)
         holds(f"angle less its whole turns, {bits} bits", turn(bits), 0.6)
     limit, p, q = fits(source / "runtime/include/nlo/kernels/activation.h")["kTanh"]
     if of_fit(limit, [p[0], p[1] * D("1.00001"), *p[2:]], q) < 10 * of_fit(limit, p, q):
         failed = True
-        print("FAILED  a coefficient that is off went unseen")
+        print("FAILED  a wrong coefficient was not detected")
     if turn(32, 100 * MOST_TURNS) <= 0.6:
         failed = True
-        print("FAILED  turns that float32 cannot count went unseen")
+        print("FAILED  turns that float32 cannot count were not detected")
     return failed
 
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""MISRA C:2012 on exported C99 pairs, by cppcheck's addon: nothing that misra_deviations.txt does not give a reason for,
-and no row there without a finding. Control: an `if` without braces.
-  misra.py EXPORT_MODEL [EXAMPLE:SCALAR...]   without pairs: all that C99 is written for
-  misra.py EXPORT_MODEL --own PAIR:SCALAR     of one pair alone, which need not have every deviation
+"""MISRA C:2012 on exported C99 pairs, by cppcheck's addon: each finding has a reason in misra_deviations.txt,
+and each row there has a finding. Control: an `if` without braces.
+  misra.py EXPORT_MODEL [EXAMPLE:SCALAR...]   without pairs: all that C99 supports
+  misra.py EXPORT_MODEL --own PAIR:SCALAR     only one pair, which need not have every deviation
 """
 import pathlib
 import re
@@ -21,15 +21,15 @@ def rows():
 
 
 def findings(source):
-    """(rule, place, line) of each."""
+    """Returns (rule, place, line) of each finding."""
     said = subprocess.run(["cppcheck", "--addon=misra", "--std=c99", "--quiet", "--template={id} {file}:{line}", "--force",
-                           "-DDBL_MANT_DIG=53", source],  # macro of <float.h>, which the checker does not have
+                           "-DDBL_MANT_DIG=53", source],  # a macro of <float.h>, which cppcheck does not know
                           cwd=source.parent, capture_output=True, text=True, check=True).stderr
     found = []
     for rule, file, line in re.findall(r"^misra-c2012-(\S+) (.+):(\d+)$", said, re.M):
         found.append((rule, f"{file}:{line}", pathlib.Path(source.parent, file).read_text().splitlines()[int(line) - 1]))
     if not found:  # each pair has deviations
-        sys.exit(f"the addon found nothing at all in {source.name}: {said[:400]}")
+        sys.exit(f"the addon found nothing in {source.name}: {said[:400]}")
     return found
 
 
@@ -70,14 +70,14 @@ def main():
             failed |= bool(left)
         source = last
         text = source.read_text()
-        spoilt = re.sub(r"if \((\w+)\) \{ return \w+; \}", r"if (\1) \1 = false;", text, count=1)
-        source.write_text(spoilt)
-        if spoilt == text or not any("rule 15.6" in line for line in unexplained(source, table, set())):
-            print("FAILED  an if without braces went unseen")
+        altered = re.sub(r"if \((\w+)\) \{ return \w+; \}", r"if (\1) \1 = false;", text, count=1)
+        source.write_text(altered)
+        if altered == text or not any("rule 15.6" in line for line in unexplained(source, table, set())):
+            print("FAILED  an if without braces was not detected")
             failed = True
     for row in table:
         if row not in used and not own:
-            print(f"FAILED  no line has the deviation from {row[0]} any more: {row[1].pattern}")
+            print(f"FAILED  no line deviates from {row[0]} any more: {row[1].pattern}")
             failed = True
     return failed
 

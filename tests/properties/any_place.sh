@@ -1,11 +1,11 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs the script tests in copies of the checkout that stand where a user's may: in a folder called nlo, for a user
-# without privileges or HOME whose files are private, and in one with a space and an umlaut in its name, under a German
-# locale and another time zone. The programs that the scripts call are copied from BUILD_DIR.
+# Runs the script tests in copies of the checkout at places where a user may have it: in a folder called nlo, for a user
+# without privileges or HOME and with private files; and in a folder with a space and an umlaut in its name, under a
+# German locale and another time zone. The programs that the scripts call are copied from BUILD_DIR.
 #   usage: any_place.sh SOURCE_DIR BUILD_DIR [--whole]
 #     --whole  builds everything there and runs ./test.sh --quick (some 30 minutes for each of the two)
-# exit status: 0, or 1 when a test failed in one of the places
+# exit status: 0, or 1 if a test failed at one of the places
 set -uo pipefail
 source_dir=$(realpath "$1") build_dir=$(realpath "$2") whole=
 if [[ ${3:-} == --whole ]]; then whole=yes; fi
@@ -13,15 +13,15 @@ work=$(mktemp -d) && chmod 755 "$work"
 trap 'rm -rf "$work"' EXIT
 failures=0
 
-# The tests that are scripts, less those that take minutes and say nothing about a place.
+# The tests that are scripts, without those that take minutes and do not depend on the place.
 scripts='^(properties\.|codegen_(c99|wrappers|literals)|replay\.exports|examples\.rig|bench\.performance_page)'
 
-# German digits and time stamps, built here because few machines have them.
+# German number format and time stamps; the locale is built here because few machines have it.
 mkdir "$work/locales"
 localedef -i de_DE -f UTF-8 "$work/locales/de_DE.UTF-8" 2>/dev/null ||
   echo 'Debian package "locales" is missing: the German locale is left out'
 
-# copy FOLDER: the checkout as it stands, without what was built or written in it
+# copy FOLDER: copies the checkout with its changes, without files that were built or written in it
 copy() {
   mkdir -p "$1"
   (cd "$source_dir" && tar -c --exclude=./build --exclude=./out --exclude=./runs .) | tar -x -C "$1"
@@ -31,7 +31,7 @@ copy() {
   done
 }
 
-# run NAME FOLDER COMMAND...: the tests in FOLDER; COMMAND starts a shell in another environment
+# run NAME FOLDER COMMAND...: runs the tests in FOLDER; COMMAND starts a shell in another environment
 run() {
   local name=$1 folder=$2
   shift 2

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// No loop of the runtime, or of what is generated in C99, waits for data: each counts up to or down from a number that
-// is a constant of the model or of the code. Seen in the source, so that a new loop has to be looked at.
+// No loop of the runtime or of generated C99 waits for data: each counts to or from a number that is a constant of the
+// model or of the code. The test reads the source, so that a new loop must be reviewed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,12 +17,12 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = NLO_SOURCE_DIR;
 
-/// A loop without a counter, and why it ends.
+/// A loop without a counter, and the reason why it ends.
 struct Exception {
   std::string_view file, text;
 };
 const std::vector<Exception> kExceptions = {
-    // Loops over template arguments: they end while compiling, or the program does not compile.
+    // Loops over template arguments: they end during compilation, or the program does not compile.
     {"kernels/per_isa/vectors.inc", "while (lanes > 1 && values % lanes != 0) lanes /= 2;"},
     {"kernels/panels.h", "while (o >= tile_at(tile + 1)) ++tile;"},
     {"kernels/int16.h", "while (4 * fours(rows) > rows) ++rows;"},
@@ -30,10 +30,10 @@ const std::vector<Exception> kExceptions = {
     // Pointers through arrays of constant size, by constant strides.
     {"kernels/cortex_m.h", "while (out != large_end) multiply_block<B::kLarge, kFused, kIn>(weights, bias, in, out);"},
     {"kernels/cortex_m.h", "while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);"},
-    // Loops over the program's own texts and numbers.
+    // Loops over texts and numbers of the program itself.
     {"selftest/NAME_selftest.c.in", "for (; *text != '\\0'; ++text) put_char(*text);"},
     {"selftest/NAME_selftest.c.in", "while ((value /= 10U) != 0U);"},
-    // Loops over lists with a length fixed by the export.
+    // Loops over lists whose length the export fixes.
     {"ros2_control/src/observer_controller.cpp.in",
      "for (std::size_t i = 0; i < all.size(); ++i) interfaces.emplace_back(get_node()->get_name(), all[i], "
      "&exported_.at(i));"},
@@ -54,7 +54,7 @@ std::string code_of(std::string line, bool generator = false) {
   return std::regex_replace(line, std::regex("^\\s+|\\s+$"), "");
 }
 
-/// A call in a condition reads what no counter bounds, unless a counter stands beside it.
+/// A condition with a call may be unbounded, unless the condition also has a counter.
 bool is_counted(const std::string& condition) {
   static const std::regex kCounter("\\w+ < (k|@|\\w+::k)\\w+"), kCall("\\w\\("),
       kSizes("((kernels::)?padded|sizeof)\\([^()]*\\)");
@@ -93,15 +93,15 @@ std::vector<std::string> waiting_loops(const fs::path& folder, std::size_t& loop
   return found;
 }
 
-TEST(Loops, OfTheRuntimeAndOfGeneratedC99CountToABound) {
+TEST(Loops, OfTheRuntimeAndOfGeneratedC99AreBounded) {
   std::size_t loops = 0;
   for (const char* folder : {"runtime/include/nlo", "codegen/targets"})
     for (const std::string& loop : waiting_loops(folder, loops))
       ADD_FAILURE() << loop << "\n  give it a counter and a bound, or say in this test why it ends";
-  EXPECT_GT(loops, 200U) << "control: they were read";
+  EXPECT_GT(loops, 200U) << "control: the loops were found";
 }
 
-TEST(Loops, ControlTheSearchSeesLoopsThatWait) {
+TEST(Loops, ControlTheSearchFindsLoopsThatWait) {
   EXPECT_TRUE(waits("while (magnitude(w) > T(0.5)) {"));
   EXPECT_TRUE(waits("for (; magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);"));
   EXPECT_TRUE(waits("for (;;) {"));

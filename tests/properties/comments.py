@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Comments of C++ sources are at most 120 columns wide, and none breaks a declaration in two.
+"""Checks that comments of C++ sources are at most 120 columns wide, and that none breaks a declaration in two.
 
 usage: tests/properties/comments.py
 
-The formatter leaves comments as they are, and breaks a declaration whose trailing comment is too long for its line. Prints
+clang-format does not wrap comments, and breaks a declaration whose trailing comment is too long for its line. Prints
 each as FILE:LINE: WHAT. Generated files are left out, and so are raw strings (text that is generated) and addresses.
-Exit 1 when there is one, or when the made-up faults of check_the_scan() are not seen.
+The exit code is 1 if there is one, or if the made-up faults of check_the_scan() are not found.
 """
 import pathlib
 import re
@@ -24,7 +24,7 @@ UNFINISHED = re.compile(r"[\w>=]\s*$")
 
 
 def objections(text):
-    """(line number, what is wrong)"""
+    """Yields (line number, what is wrong)."""
     bare = RAW_STRING.sub(lambda raw: "\n" * raw[0].count("\n"), text)
     before = ""
     for number, line in enumerate(bare.splitlines(), 1):
@@ -37,7 +37,7 @@ def objections(text):
 
 
 def check_the_scan():
-    """A fault of each kind is seen, and what is let pass is."""
+    """Returns a made-up fault that the scan misses, or a valid text that it reports; None if there is none."""
     wide = "x" * WIDEST
     for bad in (f"// {wide}\n", f"int a;  ///< {wide}\n", "double a =\n    0.0;  ///< why\n",
                 "std::string\n    a;  ///< why\n", "std::vector<int>\n    a;  ///< why\n"):

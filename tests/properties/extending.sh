@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Tests docs/extending.md: a copy of the tree with all of its diffs builds, passes the tests of the diffs and the tests
+# Tests docs/extending.md: a copy of the tree with all its diffs builds, passes the tests of the diffs and the tests
 # over the tables, and each diff has its effect.
 #   usage: extending.sh SOURCE_DIR WORK_DIR CMAKE CTEST
 set -euo pipefail
@@ -16,7 +16,7 @@ cd "$work/tree"
 mapfile -t diffs < <(sed -n 's/^git apply \(docs\/extending\/[a-z]*\.diff\)$/\1/p' docs/extending.md)
 for diff in "${diffs[@]}"; do git apply "$diff" || fail "$diff does not apply"; done
 
-# Programs that hold a diff's own tests, or tests by instantiation of what it adds.
+# Programs with the tests of a diff, or with tests over a table to which a diff adds a row.
 programs=(base_test codegen_test commands_test compare_test kernels_blocked_test losses_test nn_test
   observer_structures_test optim_test plants_test structures_test training_test)
 step() { echo "-- $1 ($SECONDS s)"; }
@@ -100,7 +100,7 @@ int main() {
   return nlo::kkl_new::replay::first_mismatch(kkl) == -1 && nlo::static_map_new::replay::first_mismatch(static_map) == -1 ? 0 : 3;
 }
 CPP
-# As the target has it, and by the new kernel.
+# With the instructions of the target, and with the new kernel.
 for kernel in "" "-DNLO_SCALAR_KERNELS -DNLO_BLOCKED_KERNELS"; do
   c++ -std=c++20 -O1 -Wall -Wextra -Werror $kernel -I "$work/tree/runtime/include" -I . fly.cpp -o fly
   ./fly || fail "an exported observer answers otherwise than its equations (${kernel:-default kernels})"

@@ -1,14 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The diffs of docs/extending.md still apply to the tree: each one alone, and all of them in the order of the page.
-# tests/properties/extending.sh builds and runs what they make.
+# The diffs of docs/extending.md apply to the tree: each alone, and all of them in the order of the page.
+# tests/properties/extending.sh builds and runs the result.
 #   usage: extending_applies.sh SOURCE_DIR WORK_DIR
 set -eu
 source=$(cd "$1" && pwd) work=$2
 rm -rf "$work"
 mkdir -p "$work/tree"
 work=$(cd "$work" && pwd)
-export GIT_CEILING_DIRECTORIES="${work%/*}" # the copy is no part of a checkout that lies around it
+export GIT_CEILING_DIRECTORIES="${work%/*}" # the copy must not count as part of a checkout around it
 fail() { echo "FAILED: $1"; exit 1; }
 
 diffs=$(sed -n 's/^git apply \(docs\/extending\/[a-z]*\.diff\)$/\1/p' "$source/docs/extending.md")
@@ -34,7 +34,8 @@ for diff in $diffs; do
 done
 ! names docs/extending/plant.diff trainer/learn/losses/terms.h || fail "control: the section on plants names a loss"
 
-# The files that they change are all that applying needs. Inside of a checkout's folder git would skip what lies outside.
+# Applying needs only the files that the diffs change. Inside the folder of a checkout, git would skip files outside of
+# it.
 cd "$work"
 for diff in $diffs; do git apply --numstat "$source/$diff" | cut -f 3; done | sort -u | while read -r file; do
   [ -f "$source/$file" ] || continue

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ten million steps in flight: no allocation, no lock, no page fault, no system call, whatever is measured. Each
-// detector is shown what it must see.
+// Ten million steps in flight: no allocation, lock, page fault or system call, for any measurement. Each detector is
+// tested with an event that it must detect.
 #include <gtest/gtest.h>
 #include <linux/seccomp.h>
 #include <sys/mman.h>
@@ -25,17 +25,17 @@ namespace {
 using testing::kUnderSanitizer;
 using testing::Trap;
 
-// A sanitizer makes a step ten times as long.
+// With a sanitizer, a step takes ten times as long.
 constexpr int kSteps = kUnderSanitizer ? 200'000 : 10'000'000;
 
-// Without these the compiler may prove work useless and drop it.
+// Volatile, so that the compiler cannot drop work whose result is unused.
 void* volatile kept_pointer;
 volatile float kept_value;
 
 template <class Observer>
 void fly(Observer& observer, int steps) {
   bench::RandomUniform random{7};
-  // With an input where the observer takes one.
+  // With an input if the observer has one.
   const auto step = [&](float y, auto... dt_s) {
     typename Observer::Output output{};
     for (float& entry : output) entry = y;
@@ -48,7 +48,7 @@ void fly(Observer& observer, int steps) {
     }
   };
   for (int k = 0; k < steps; ++k) {
-    // Every path: good, out of range, missing, irregular.
+    // All paths: good, out of range, missing, irregular.
     const float y = 3.0F * random();
     auto status = step(k % 100 == 3 ? 1e30F : y);
     if (k % 100 == 7) status = step(std::numeric_limits<float>::quiet_NaN());
@@ -61,7 +61,7 @@ void fly(Observer& observer, int steps) {
   }
 }
 
-TEST(Trap, SeesOperatorNewAndMalloc) {
+TEST(Trap, DetectsOperatorNewAndMalloc) {
   {
     Trap trap;
     kept_pointer = new int(1);
@@ -79,7 +79,7 @@ TEST(Trap, SeesOperatorNewAndMalloc) {
   std::free(kept_pointer);
 }
 
-TEST(Trap, SeesALockThatNobodyElseHolds) {
+TEST(Trap, DetectsALockThatNobodyElseHolds) {
   std::mutex mutex;
   Trap trap;
   mutex.lock();
@@ -88,7 +88,7 @@ TEST(Trap, SeesALockThatNobodyElseHolds) {
   EXPECT_EQ(trap.locks(), 1);
 }
 
-TEST(Trap, SeesEachPageThatIsTouchedForTheFirstTime) {
+TEST(Trap, DetectsThePageFaultsOfNewPages) {
   constexpr int kPages = 50;
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   auto* memory =
@@ -105,7 +105,7 @@ TEST(Trap, SeesEachPageThatIsTouchedForTheFirstTime) {
   munmap(memory, kPages * page);
 }
 
-TEST(Trap, IsSilentWhenNothingHappens) {
+TEST(Trap, CountsNothingWithoutEvents) {
   Trap trap;
   trap.disarm();
   kept_pointer = new int(1);
@@ -115,11 +115,11 @@ TEST(Trap, IsSilentWhenNothingHappens) {
   EXPECT_EQ(trap.page_faults(), 0);
 }
 
-/// Flies under the trap. Others may make the machine take a page away, a step that takes one does so every time: the
-/// quietest of three flights counts.
+/// Flies under the trap. Other programs may cause a page fault once, but a step that causes page faults does so each
+/// time, so the best of three flights is used.
 template <class Observer>
 void expect_nothing_happens(Observer& observer, int steps) {
-  fly(observer, 1000);  // code and stack are read in once
+  fly(observer, 1000);  // loads code and stack before counting
   long page_faults = 0;
   for (int flight = 0; flight < 3; ++flight) {
     Trap trap;
@@ -133,13 +133,13 @@ void expect_nothing_happens(Observer& observer, int steps) {
   EXPECT_EQ(page_faults, 0);
 }
 
-TEST(Flight, TenMillionStepsNeitherAllocateNorLockNorFault) {
+TEST(Flight, TenMillionStepsCauseNoAllocationLockOrPageFault) {
   static constexpr auto kModel = bench::random_kkl_model<Activation::kTanh, 16, 2>();
   KklObserver observer{kModel};
   expect_nothing_happens(observer, kSteps);
 }
 
-TEST(Flight, NoStructureOrPolicyAllocatesLocksOrFaults) {
+TEST(Flight, NoStructureOrPolicyCausesAllocationsLocksOrPageFaults) {
   static constexpr auto kPaper = bench::random_kkl_model<Activation::kTanh, 50, 4>();
   static constexpr auto kLuenberger = bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = bench::random_general_model<Activation::kSilu, 16, 2>();
@@ -162,15 +162,15 @@ TEST(Flight, NoStructureOrPolicyAllocatesLocksOrFaults) {
   expect_nothing_happens(prior, kSteps / 500);
 }
 
-/// Runs `work` in a process of its own in which the kernel kills whoever asks it for anything. Returns the exit code,
-/// minus the signal that ended it, or 1000 where this cannot be had.
+/// Runs `work` in a child process that the kernel kills at its first system call. Returns the exit code, minus the
+/// signal that ended the process, or 1000 if the kernel does not support this.
 template <class Work>
 int run_without_system_calls(const Work& work) {
   const pid_t child = fork();
   if (child == 0) {
     if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) != 0) _exit(100);
     work();
-    syscall(SYS_exit, 0);  // the one call that is left; _exit() makes another
+    syscall(SYS_exit, 0);  // the only system call that is allowed; _exit() would make another
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) != child) return 1000;
@@ -178,8 +178,8 @@ int run_without_system_calls(const Work& work) {
   return WEXITSTATUS(status) == 100 ? 1000 : WEXITSTATUS(status);
 }
 
-TEST(Flight, AsksTheKernelForNothing) {
-  if (kUnderSanitizer) GTEST_SKIP() << "a sanitizer asks for memory of its own";
+TEST(Flight, MakesNoSystemCall) {
+  if (kUnderSanitizer) GTEST_SKIP() << "a sanitizer allocates memory itself";
   const int control = run_without_system_calls([] { kept_value = static_cast<float>(getppid()); });
   if (control == 1000) GTEST_SKIP() << "no seccomp here";
   ASSERT_EQ(control, -SIGKILL) << "a system call was not noticed";

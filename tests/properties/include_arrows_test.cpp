@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Which way includes may point: trainer -> codegen -> runtime -> Eigen, a generated header -> runtime, bench and
-// examples -> runtime, bindings -> codegen, nothing -> tests. The runtime stays on headers that a freestanding compiler
-// has. The folders of runtime, codegen and trainer form no circle. docs/architecture.svg is a drawing of these arrows.
+// Allowed directions of includes: trainer -> codegen -> runtime -> Eigen, a generated header -> runtime, bench and
+// examples -> runtime, bindings -> codegen, nothing -> tests. The runtime uses only headers that a freestanding
+// compiler has. The folders of runtime, codegen and trainer form no cycle. docs/architecture.svg shows these arrows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -84,7 +84,7 @@ const std::vector<std::string>& folders_left_out() {
   return found;
 }
 
-/// Why `file` (path from the root) must not include this; empty when it may.
+/// Returns why `file` (path from the root) must not include this; empty if it may.
 std::string objection(const std::string& file, const Include& include) {
   const Arrow* arrow = nullptr;
   for (const Arrow& candidate : kArrows) {
@@ -109,8 +109,8 @@ std::string objection(const std::string& file, const Include& include) {
       std::ranges::find(kRuntimeStandardHeaders, include.target) == kRuntimeStandardHeaders.end()) {
     return "is not a header that every target of the runtime has";
   }
-  // An example and a user's program include the header that was generated for them, which stands in no source folder; a
-  // golden C file its own.
+  // Examples and user programs include their generated header, which is not in a source folder; a golden C file
+  // includes its own header.
   if (include.quoted && !starts_with_any(file, std::array{"examples/", "tests/install/", "tests/golden/"}) &&
       !fs::exists(kRoot / include.target) && !fs::exists(kRoot / "runtime/include" / include.target)) {
     return "is quoted but is not a file of this project seen from its root";
@@ -154,14 +154,14 @@ std::string lines(const std::vector<std::string>& all) {
   return text;
 }
 
-/// Which folder includes which other one.
+/// The folders that each folder includes.
 using Rooms = std::map<std::string, std::set<std::string>>;
 
 std::string folder_of(std::string_view path) {
   return std::string(path.substr(0, path.rfind('/')));
 }
 
-/// A circle in it, as "a -> b -> a"; empty when there is none.
+/// Returns a cycle as "a -> b -> a"; empty if there is none.
 std::string circle_in(const Rooms& rooms) {
   std::set<std::string> done;
   std::vector<std::string> path;
@@ -183,16 +183,16 @@ std::string circle_in(const Rooms& rooms) {
   return circle;
 }
 
-TEST(IncludeArrows, PointTheAllowedWayInEveryFile) {
+TEST(IncludeArrows, HaveAllowedDirectionsInEveryFile) {
   const auto files = source_files();
-  ASSERT_GT(files.size(), 10U) << "the scan has lost its way: " << kRoot;
+  ASSERT_GT(files.size(), 10U) << "the scan found too few files below " << kRoot;
   EXPECT_THAT(files, Contains(testing::EndsWith(".inc")));
   std::vector<std::string> all;
   for (const std::string& file : files) std::ranges::copy(violations(file, text_of(file)), std::back_inserter(all));
   EXPECT_THAT(all, IsEmpty()) << lines(all);
 }
 
-TEST(IncludeArrows, NeedEveryListedException) {
+TEST(IncludeArrows, UseEveryListedException) {
   std::set<const Exception*> needed;
   for (const std::string& file : source_files()) {
     for (const Include& include : includes_of(text_of(file)))
@@ -200,7 +200,7 @@ TEST(IncludeArrows, NeedEveryListedException) {
   }
   for (const Exception& exception : kExceptions)
     EXPECT_TRUE(needed.contains(&exception))
-        << exception.file << " no longer includes " << exception.target << ": take the line out of kExceptions";
+        << exception.file << " no longer includes " << exception.target << ": remove its line from kExceptions";
   for (const Arrow& arrow : kArrows)
     EXPECT_TRUE(std::ranges::any_of(source_files(), [&](const auto& file) { return file.starts_with(arrow.from); }))
         << "kArrows: there is no file below " << arrow.from;
@@ -208,7 +208,7 @@ TEST(IncludeArrows, NeedEveryListedException) {
     EXPECT_TRUE(fs::exists(kRoot / wall.from) && fs::exists(kRoot / wall.target)) << wall.from << " | " << wall.target;
 }
 
-TEST(IncludeArrows, FormNoCircleOfFolders) {
+TEST(IncludeArrows, FormNoCycleOfFolders) {
   constexpr std::string_view kRuntime = "runtime/include/";
   Rooms rooms;
   for (const std::string& file : source_files()) {
@@ -247,17 +247,17 @@ TEST(FileNames, AreUniqueInTheRuntimeTheGeneratorAndTheTrainer) {
   EXPECT_THAT(equal, IsEmpty()) << lines(equal);
 }
 
-TEST(FileNames, ThatAreEqualAreFound) {
+TEST(FileNames, EqualNamesAreDetected) {
   EXPECT_THAT(equal_names_in({"a/x.h", "b/y.h", "b/x.h", "a/x.cpp"}), ElementsAre("a/x.h and b/x.h"));
 }
 
-TEST(IncludeArrows, SeeACircleOfFolders) {
+TEST(IncludeArrows, DetectACycleOfFolders) {
   EXPECT_EQ(circle_in({{"a", {"b", "c"}}, {"b", {"d"}}, {"c", {"d"}}}), "");
   EXPECT_EQ(circle_in({{"a", {"b"}}, {"b", {"c", "d"}}, {"d", {"b"}}}), "b -> d -> b");
 }
 
-// The controls: each kind of forbidden include is seen, with its line, and its allowed twin is not.
-TEST(IncludeArrows, SeeAnArrowAgainstTheLayering) {
+// Controls: each kind of forbidden include is reported with its line, and an allowed include is not.
+TEST(IncludeArrows, DetectAnIncludeAgainstTheLayering) {
   EXPECT_THAT(violations("runtime/include/nlo/x.h", "#pragma once\n#include \"codegen/model/model.h\"\n"),
               ElementsAre(HasSubstr("nlo/x.h:2: codegen/model/model.h is an arrow against")));
   EXPECT_THAT(violations("codegen/x.cpp", "#include \"trainer/config/experiment.h\"\n"),
@@ -270,7 +270,7 @@ TEST(IncludeArrows, SeeAnArrowAgainstTheLayering) {
   EXPECT_THAT(violations("trainer/x.cpp", "// #include \"tests/x.h\" is what one must not do\n"), IsEmpty());
 }
 
-TEST(IncludeArrows, SeeALossThatKnowsAStructureOrAPlant) {
+TEST(IncludeArrows, DetectALossThatIncludesAStructureOrAPlant) {
   EXPECT_THAT(violations("trainer/learn/losses/x.cpp", "#include <trainer/structures/kkl.h>"),
               ElementsAre(HasSubstr("wall")));
   EXPECT_THAT(violations("trainer/gradients/sensitivity/x.h", "#include <trainer/plants/plant.h>"),
@@ -279,13 +279,13 @@ TEST(IncludeArrows, SeeALossThatKnowsAStructureOrAPlant) {
               IsEmpty());
 }
 
-TEST(IncludeArrows, SeeACommandThatNeedsThePaper) {
+TEST(IncludeArrows, DetectACommandThatIncludesTheReproduction) {
   EXPECT_THAT(violations("trainer/app/commands/x.cpp", "#include \"trainer/reproduce/run.h\""),
               ElementsAre(HasSubstr("wall")));
   EXPECT_THAT(violations("trainer/reproduce/x.cpp", "#include \"trainer/app/commands/command.h\""), IsEmpty());
 }
 
-TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
+TEST(IncludeArrows, DetectConfigThatIncludesADomain) {
   EXPECT_THAT(violations("trainer/config/x.cpp", "#include \"trainer/plants/plant_registry.h\""),
               ElementsAre(HasSubstr("against")));
   EXPECT_THAT(violations("codegen/x.cpp", "#include \"codegen/targets/target_registry.h\""),
@@ -293,7 +293,7 @@ TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
   EXPECT_THAT(violations("codegen/targets/x.cpp", "#include \"codegen/targets/target_registry.h\""), IsEmpty());
 }
 
-TEST(IncludeArrows, SeeAFileOfTheSanitizedBuildThatNeedsMore) {
+TEST(IncludeArrows, DetectAFileOfTheSanitizedBuildThatIncludesALeftOutFolder) {
   EXPECT_THAT(folders_left_out(), Contains("trainer/judge/"));
   EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/judge/evaluation/closed_loop.h\"\n"),
               ElementsAre(HasSubstr("NLO_CORE_ONLY leaves out")));
@@ -302,13 +302,13 @@ TEST(IncludeArrows, SeeAFileOfTheSanitizedBuildThatNeedsMore) {
   EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/data/dataset.h\"\n"), IsEmpty());
 }
 
-TEST(IncludeArrows, SeeAHostedHeaderInTheRuntime) {
+TEST(IncludeArrows, DetectAHostedHeaderInTheRuntime) {
   EXPECT_THAT(violations("runtime/include/nlo/x.h", "#include <cmath>\n#include <vector>\n#include <cstdint>\n"),
               ElementsAre(HasSubstr(":1: cmath"), HasSubstr(":2: vector")));
   EXPECT_THAT(violations("runtime/include/nlo/x.h", "#include <Eigen/Core>\n"), IsEmpty());
 }
 
-TEST(IncludeArrows, SeeAPathThatIsNotWrittenFromTheRoot) {
+TEST(IncludeArrows, DetectAPathThatIsNotRelativeToTheRoot) {
   EXPECT_THAT(violations("codegen/x.cpp", "#include \"model.h\"\n"), ElementsAre(HasSubstr("from its root")));
   EXPECT_THAT(violations("elsewhere/x.cpp", "#include <vector>\n"), ElementsAre(HasSubstr("without a rule")));
 }

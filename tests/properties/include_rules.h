@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which way includes may point: arrows between the parts, walls within them, exceptions. include_arrows_test.cpp holds
-// every file to them.
+// Allowed directions of includes: arrows between the parts, walls within them, exceptions. include_arrows_test.cpp
+// checks each file.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ struct Arrow {
 inline const std::vector<Arrow> kArrows = {
     {"runtime/", {"nlo/"}},
     {"codegen/", {"nlo/", "codegen/"}},
-    // Rooms of the generator, as their READMEs say.
+    // Folders of the generator, as in their READMEs.
     {"codegen/base/", {"codegen/base/"}},
     {"codegen/model/", {"nlo/", "codegen/base/", "codegen/model/"}},
     {"codegen/reference/", {"nlo/", "codegen/base/", "codegen/model/", "codegen/reference/"}},
@@ -26,7 +26,7 @@ inline const std::vector<Arrow> kArrows = {
      {"nlo/", "codegen/base/", "codegen/model/", "codegen/reference/", "codegen/structures/", "codegen/fold/"}},
     {"codegen/model_file/", {"nlo/", "codegen/base/", "codegen/model/", "codegen/structures/", "codegen/model_file/"}},
     {"trainer/", {"nlo/", "codegen/", "trainer/"}},
-    // An experiment file is values and their places: what they mean to a domain is checked above.
+    // Config holds values and their places in the file; what they mean for a domain is checked in trainer/experiments.
     {"trainer/config/", {"nlo/", "codegen/", "trainer/base/", "trainer/config/"}},
     {"bindings/c/", {"nlo/", "codegen/", "bindings/"}},
     {"bench/", {"nlo/", "bench/"}},
@@ -42,43 +42,43 @@ struct Wall {
 };
 
 inline const std::vector<Wall> kWalls = {
-    // Code that loads and checks experiments may include all rooms that keys belong to, but not the other way round.
+    // Code that loads and checks experiments may include all folders whose keys it reads, but not the other way round.
     {"trainer/data/", "trainer/experiments/"},
     {"trainer/plants/", "trainer/experiments/"},
     {"trainer/structures/", "trainer/experiments/"},
     {"trainer/data/", "trainer/structures/"},
     {"trainer/plants/", "trainer/structures/"},
-    // A loss term and a sensitivity speak in cotangents at samples: no structure's equations, no plant's.
+    // Losses and sensitivities use cotangents at samples, not the equations of a structure or a plant.
     {"trainer/learn/losses/", "trainer/structures/"},
     {"trainer/gradients/sensitivity/", "trainer/structures/"},
     {"trainer/learn/losses/", "trainer/plants/"},
     {"trainer/gradients/sensitivity/", "trainer/plants/"},
     {"trainer/learn/losses/", "trainer/gradients/sensitivity/"},
     {"trainer/gradients/sensitivity/", "trainer/learn/losses/"},
-    // The method needs data, not f.
+    // Structures are trained on data; they do not need f.
     {"trainer/structures/", "trainer/plants/"},
     {"trainer/gradients/nn/", "trainer/plants/"},
     {"trainer/learn/optim/", "trainer/plants/"},
     {"trainer/learn/training/", "trainer/plants/"},
-    // nlo-prove and nlo-reproduce are programs of their own: whoever builds nlo compiles neither proofs nor the paper.
+    // nlo-prove and nlo-reproduce are separate programs: building nlo compiles neither proofs nor the reproduction.
     {"trainer/", "trainer/prove/"},
     {"trainer/", "trainer/reproduce/"},
-    // A model and what is made of it do not know the languages it is written in.
+    // A model, and what is computed from it, does not depend on the languages of exports.
     {"codegen/", "codegen/targets/"},
 };
 
-/// An include that may cross a wall or an arrow: the file (or its folder) and the target, as written. One that no file
-/// needs any more is an error, so that the list only shrinks.
+/// An include that may cross a wall or an arrow: the file (or its folder) and the target, as written. An unused
+/// exception is an error, so that the list only shrinks.
 struct Exception {
   std::string_view file, target;
 };
 
 inline const std::vector<Exception> kExceptions = {
     {"trainer/learn/losses/", "trainer/structures/observer_structure.h"},     // the interface of all structures
-    {"trainer/structures/prior.cpp", "trainer/plants/equations_of_plant.h"},  // the one whose prior is f
+    {"trainer/structures/prior.cpp", "trainer/plants/equations_of_plant.h"},  // the structure whose prior is f
 };
 
-/// Standard headers that a freestanding or bare-metal C++20 compiler has, and that pull in neither libm nor the heap.
+/// Standard headers that a freestanding C++20 compiler has and that use neither libm nor the heap.
 inline const std::vector<std::string_view> kRuntimeStandardHeaders = {
     "array",  "bit",   "compare",     "concepts", "cstddef", "cstdint",     "initializer_list",
     "limits", "tuple", "type_traits", "utility",  "version", "immintrin.h", "arm_neon.h"};

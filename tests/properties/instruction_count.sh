@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# step, estimate and in_domain of the deterministic policy are constant-time: as many instructions whatever is measured, by
-# callgrind, over a thousand samples of each kind; and as many as tests/golden/instruction_counts.txt has, within 5 %, of
-# the fast policy too (NLO_UPDATE_GOLDENS=1 writes the file again).
+# Step, estimate and in_domain of the deterministic policy are constant-time: callgrind counts the same number of
+# instructions for a thousand samples of each kind. The counts, also those of the fast policy, must agree with
+# tests/golden/instruction_counts.txt to 5 % (NLO_UPDATE_GOLDENS=1 writes that file).
 #   usage: instruction_count.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 eigen=$3 work=$4
@@ -11,8 +11,8 @@ golden=$source/tests/golden/instruction_counts.txt
 kinds='zeros random subnormal nan infinite extreme turning mixed'
 samples=1000
 
-# spread FLAGS...: compiles, counts each kind, prints the counts and leaves the largest difference in $difference.
-# Architectures are those that valgrind 3.19 knows: no AVX-512.
+# spread FLAGS...: compiles, counts each kind, prints the counts and stores the largest difference in $difference.
+# Only architectures that valgrind 3.19 knows: no AVX-512.
 spread() {
   "$compiler" -std=c++20 -I"$source" -I"$source/runtime/include" -isystem "$eigen" "$@" \
     "$source/tests/properties/audit/counted.cpp" -o "$work/counted"
@@ -35,7 +35,7 @@ spread() {
   difference=$((most - least))
 }
 
-# recorded FLAGS...: fails unless the count is the recorded one within 5 %, fewer or more.
+# recorded FLAGS...: fails unless the count agrees with the recorded one to 5 %.
 recorded() {
   what="$(basename "$compiler") $*"
   if [ -n "${NLO_UPDATE_GOLDENS:-}" ]; then
@@ -66,16 +66,16 @@ check -O2 -DNLO_ACTIVATION=kTanh
 check -O3 -march=x86-64-v3 -DNLO_ACTIVATION=kRelu
 check -O2 -march=x86-64-v3 -DNLO_ACTIVATION=kSilu -DANGLE
 
-# Controls: a branch on the status, and the fast policy, whose validation has branches.
+# Controls: a branch on the status, and the fast policy, whose validation branches.
 kinds='zeros nan extreme'
 for control in -DCONTROL=1 -DCONTROL=2; do
   echo "control $control"
   spread -O2 -DNLO_ACTIVATION=kTanh $control
   if [ "$difference" -gt 0 ]; then
-    echo "caught   up to $difference more than $least"
+    echo "detected up to $difference more than $least"
     if [ "$control" = -DCONTROL=2 ]; then recorded -O2 -DNLO_ACTIVATION=kTanh fast; fi
   else
-    echo "FAILED   control $control was not noticed"
+    echo "FAILED   control $control was not detected"
     failures=$((failures + 1))
   fi
 done

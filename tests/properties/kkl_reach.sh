@@ -1,16 +1,15 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Lists the headers that a step and an estimate of a KKL observer include, for an audit of exactly these. They must not
-# include batches, gates, error heads, derivatives, saturation, half weights, int16, the monitor, delays
-# or dispatch.
+# Lists the headers that step and estimate of a KKL observer include, for an audit of only these. They must not include
+# batches, gates, error heads, derivatives, saturation, half weights, int16, the monitor, delays or dispatch.
 #   usage: kkl_reach.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 work=$4
 mkdir -p "$work"
-cd "$source" # paths below are relative: the folder of a checkout may be called nlo, or have spaces in its name
+cd "$source" # relative paths, because the folder of a checkout may be called nlo or contain spaces
 others='batch|lane_sum|gate|error_head|jvp|tangent|saturation|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
 
-# reach FLAGS MORE_HEADERS...: prints the number of headers; fails where one of them is not needed
+# reach FLAGS MORE_HEADERS...: prints the number of headers; fails if one of them is not needed
 reach() {
   flags=$1 && shift
   {
@@ -26,9 +25,9 @@ reach() {
 }
 
 failed=0
-reach '' || { cat "$work/reached.txt" && echo 'FAILED   a KKL observer reaches too much' && failed=1; }
-reach ' -DNLO_SCALAR_KERNELS' || { cat "$work/reached.txt" && echo 'FAILED   without vectors, too' && failed=1; }
+reach '' || { cat "$work/reached.txt" && echo 'FAILED   a KKL observer includes too many headers' && failed=1; }
+reach ' -DNLO_SCALAR_KERNELS' || { cat "$work/reached.txt" && echo 'FAILED   too many headers without vectors' && failed=1; }
 for header in nlo/kkl_batch.h nlo/gated_observer.h nlo/error_head.h nlo/monitor.h nlo/delay_line.h; do
-  ! reach '' $header >"$work/control.txt" || { echo "FAILED   $header went unseen" && failed=1; }
+  ! reach '' $header >"$work/control.txt" || { echo "FAILED   $header was not detected" && failed=1; }
 done
 exit "$failed"

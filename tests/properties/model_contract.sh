@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# A model that lacks something does not compile, and the first thing that the compiler says names what is missing.
+# A model that lacks a member does not compile, and the first error of the compiler names the missing member.
 #   usage: model_contract.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 work=$4
@@ -40,7 +40,7 @@ failed=0
 for member in Scalar kNx kNy kNz kNu kNf kNr kLongestGap kHasSteadyState kMayDiverge sample_period_s stale_after outputs \
   domain initial_latent advance estimate; do
   grep -vE "^  (using|static constexpr|float|unsigned|nlo::|constexpr|void)[^;{]*[ (&]$member[ ;(]" "$work/whole.cpp" >"$work/lacks.cpp"
-  [ "$(wc -l <"$work/lacks.cpp")" -eq $(($(wc -l <"$work/whole.cpp") - 1)) ] || { echo "FAILED   no line of its own: $member"; failed=1; }
+  [ "$(wc -l <"$work/lacks.cpp")" -eq $(($(wc -l <"$work/whole.cpp") - 1)) ] || { echo "FAILED   not on a separate line: $member"; failed=1; }
   if compile lacks; then
     echo "FAILED   compiles without $member" && failed=1
   elif ! grep -q 'ObserverModel' "$work/lacks.txt" || ! grep -qi "$member" "$work/lacks.txt"; then

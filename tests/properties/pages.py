@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Pages, help texts and errors use plain words, and their links lead somewhere.
+"""Checks that pages, help texts and errors use plain words, and that their links have a target.
 
 usage: tests/properties/pages.py
 
 Prints each word of WORDS in README, docs, the latest part of CHANGELOG, help texts, errors, templates of generated code
-and the comments of runtime and examples as FILE:LINE: WHAT, and each link whose file or heading does not exist. Exit 1
-when there is one, or when the made-up faults of check_the_scan() are not seen. Nothing counts lines or words.
+and the comments of runtime and examples as FILE:LINE: WHAT, and each link whose file or heading does not exist. The exit code is 1
+if there is one, or if the made-up faults of check_the_scan() are not found. Nothing counts lines or words.
 """
 import pathlib
 import re
@@ -45,7 +45,7 @@ def pages():
 
 
 def read_by_users(file, text):
-    """(line number, text) of what a user of the program or the runtime gets to read."""
+    """Yields (line number, text) of all text that users of the program or the runtime read."""
     lines = text.splitlines()
     if file.name == "CHANGELOG.md":  # up to the second release
         releases = [i for i, line in enumerate(lines) if line.startswith("## [")]
@@ -75,7 +75,7 @@ def words_not_used(file, text):
 
 
 def anchors(text):
-    """Headings as a forge makes anchors of them."""
+    """Returns the anchors that a forge makes from the headings."""
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
             for heading in re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.S), re.M)}
 
@@ -94,7 +94,7 @@ def dead_links(file, text):
 
 
 def check_the_scan():
-    """A fault of each kind is seen, and plain text has none."""
+    """Returns a made-up fault that the scan misses, or a plain text that it reports; None if there is none."""
     bad = ["has the mends", "begins anew", "a wrap that is none", "64K is no amount", "grew past all numbers",
            "is off by 3", "says what it knows not", "goes by turns"]
     for what in bad:

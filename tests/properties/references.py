@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What comments and docs name exists: files, `nlo` commands, options and tests; and all that names our version agrees.
+"""Checks that all files, `nlo` commands, options and tests that comments and docs name exist, and that versions agree.
 
 usage: tests/properties/references.py
 
-Prints each reference that leads nowhere as FILE:LINE: WHAT, each file whose version is another than CMakeLists.txt's, and
-each exception below that nothing needs any more. Exit 1 when there is one, or when a made-up reference is not seen.
+Prints each broken reference as FILE:LINE: WHAT, each file whose version differs from that of CMakeLists.txt, and
+each exception below that is no longer needed. The exit code is 1 if there is one, or if a made-up reference is missed.
 """
 import pathlib
 import re
@@ -20,7 +20,7 @@ COMMAND = re.compile(r"`(?:\./)?nlo ([a-z][a-z0-9-]*)")
 OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z0-9-]+)")
 TEST = re.compile(r"\b([A-Z][a-z]\w*)\.([A-Z][a-z]+[A-Z]\w*)\b")
 
-# File: where it names the version; of a requirement only major and minor count.
+# File: pattern of its version; in a requirement, only major and minor version are compared.
 VERSIONS = {
     "CMakeLists.txt": r"^project\(nlo VERSION ([\d.]+)",
     "conanfile.py": r"^    version = \"([\d.]+)",
@@ -32,7 +32,7 @@ VERSIONS = {
     "tests/install/components_test.sh": r"find_package\(nlo ([\d.]+)",
 }
 
-# Reference: why it may lead nowhere.
+# Reference: why it may be broken.
 GENERATED = "what a user exports"
 PLACEHOLDER = "stands for any name"
 REMOVED = "was removed, as the changelog says"
@@ -69,7 +69,7 @@ def files():
 
 
 def prose(file, text):
-    """(line number, text) of what is written for people: all of a page, the comments of a source."""
+    """Yields (line number, text): all of a page, the comments of a source."""
     mark = COMMENT.get(file.suffix)
     for number, line in enumerate(text.splitlines(), 1):
         if mark is None:
@@ -79,7 +79,7 @@ def prose(file, text):
 
 
 def other_versions(texts):
-    """The files of VERSIONS that name another version than the project has, or none."""
+    """Returns the files of VERSIONS that name another version than that of the project, or no version."""
     found = {file: (re.search(pattern, texts[file], re.M) or [None, "none"])[1] for file, pattern in VERSIONS.items()}
     version = found["CMakeLists.txt"]
     return [f"{file}: names version {named}, CMakeLists.txt {version}" for file, named in found.items()
@@ -90,12 +90,12 @@ class Known:
     def __init__(self):
         every = [file.relative_to(ROOT).as_posix() for file in ROOT.rglob("*")
                  if not {"build", "out", ".git"} & set(file.relative_to(ROOT).parts[:1])]
-        # Files that the diffs of docs/extending.md add.
+        # Files that the diffs of docs/extending.md add exist too.
         diffs = "\n".join(file.read_text() for file in sorted((ROOT / "docs/extending").glob("*.diff")))
         every += re.findall(r"^\+\+\+ b/(.+)$", diffs, re.M)
         self.ends = {path[i:] for path in every for i in [0] + [m.end() for m in re.finditer("/", path)]}
         sources = [file for file in files() if file.suffix != ".md" and file.name != "references.py"]
-        # An option or a command exists where a source has it outside of its comments.
+        # An option or a command exists if a source has it outside of comments.
         code = "\n".join(re.sub(rf"(^|\s){COMMENT[f.suffix]}.*", "", f.read_text(), flags=re.M) for f in sources)
         self.options = set(OPTION.findall(code))
         commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/app/commands").glob("*.cpp"))) + diffs
@@ -106,7 +106,7 @@ class Known:
             self.tests.setdefault(suite, set()).add(test)
 
     def objections(self, line):
-        """The references in a line that lead nowhere."""
+        """Yields the broken references of a line."""
         for name in FILE.findall(line):
             name = re.sub(r"^(\.\.?/)+", "", name)
             if name not in self.ends and f"nlo/{name}" not in self.ends:
@@ -127,7 +127,7 @@ def main():
     made_up = "see trainer/no_such_file.h, `nlo conjure`, --no-such-option, Csv.HasNoSuchTest"
     seen = list(known.objections(made_up))
     if len(seen) != 4:
-        print(f"the scan has lost its way: of a file, a command, an option and a test that do not exist it saw {seen}")
+        print(f"the scan has a fault: of a file, a command, an option and a test that do not exist it found only {seen}")
         return 1
     texts = {file: (ROOT / file).read_text() for file in VERSIONS}
     seen = other_versions({**texts, "CMakeLists.txt": "project(nlo VERSION 0.0.1"})
@@ -147,7 +147,7 @@ def main():
                     print(f"{file.relative_to(ROOT)}:{number}: {reference} does not exist")
                     failed = True
     for reference in sorted(set(EXCEPTIONS) - needed):
-        print(f"tests/properties/references.py: nothing names {reference} any more: take it out of EXCEPTIONS")
+        print(f"tests/properties/references.py: nothing names {reference} any more: remove it from EXCEPTIONS")
         failed = True
     return 1 if failed else 0
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Nobody asks which structure an observer has but the structures' own files and their tables: what differs between
-// structures is a question to a module. A fifth structure then changes no other file.
+// Only the files of the structures and their tables may ask which structure an observer has; other code calls the
+// structure's module. A new structure then changes no other file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-/// The types of codegen::Structure, from where they are listed: a new one is watched from its first line on.
+/// Returns the types of codegen::Structure from its declaration, so that a new type is included at once.
 std::vector<std::string> structure_types() {
   const std::string text = text_of(kRoot / "codegen/model/structures.h");
   std::smatch list;
@@ -50,14 +50,14 @@ std::string name_of(const std::string& type) {
   return name;
 }
 
-/// One text of several; operator+ of a literal and a string makes GCC 12 warn of lengths that cannot be.
+/// Joins texts; operator+ of a literal and a string gives wrong warnings about lengths in GCC 12.
 std::string joined(const std::vector<std::string>& parts) {
   std::string text;
   for (const std::string& part : parts) text.append(part);
   return text;
 }
 
-/// "(a|b|c)" of what `as` makes of each structure's type.
+/// Returns "(a|b|c)" of the names that `as` makes from each structure's type.
 std::string any_structure(const std::function<std::string(const std::string&)>& as) {
   std::vector<std::string> parts;
   for (const std::string& type : structure_types()) {
@@ -68,25 +68,25 @@ std::string any_structure(const std::function<std::string(const std::string&)>& 
   return joined(parts);
 }
 
-/// Code that asks, with the structures that there are.
+/// Returns patterns of code that asks for the structure.
 std::vector<std::string> question_patterns() {
   const std::string name = any_structure(name_of), type = any_structure([](const std::string&t) { return t; });
   return {
       joined({R"re([!=]=\s*")re", name, R"re(")re"}),                           // structure == "kkl"
-      joined({R"re(")re", name, R"re("\s*[!=]=)re"}),                           // and turned round
+      joined({R"re(")re", name, R"re("\s*[!=]=)re"}),                           // the same with the sides exchanged
       joined({R"re(\bget(_if)?<\s*(\w+::)*)re", type, R"re(\s*>)re"}),          // std::get_if<codegen::Kkl>
       joined({R"re(\bholds_alternative<\s*(\w+::)*)re", type, R"re(\s*>)re"}),  //
       R"re(\bstructure\w*\s*(\.|->)\s*(index\(\)|kind\b))re",                   // model.structure.index()
       R"re(\bvisit\(.*\bstructure\b)re",                                        // std::visit(..., model.structure)
-      joined({R"re(\bis_(driven|)re", name.substr(1), R"re(\s*\()re"}),         // a question with a name of its own
+      joined({R"re(\bis_(driven|)re", name.substr(1), R"re(\s*\()re"}),         // a function that asks
       R"re(\bStructureKind::)re",
       joined({R"re(\b(dynamic_cast|typeid)\b[^;]*\b(StructureModule|TrainableStructure|module|)re", type.substr(1),
               R"re(\w*\b)re"}),
-      joined({R"re(\b)re", name, R"re(_structure\(\))re"}),  // the module of one, by its name
+      joined({R"re(\b)re", name, R"re(_structure\(\))re"}),  // the module of one structure, by its name
   };
 }
 
-/// Without comments, which may speak of structures. Text in quotes stays.
+/// Removes comments, which may name structures. Quoted text stays.
 std::string code_of(const std::string& text) {
   std::string code;
   bool quoted = false;
@@ -100,14 +100,14 @@ std::string code_of(const std::string& text) {
   return code;
 }
 
-/// "LINE: the question", for each that a source text asks.
+/// Returns "LINE: question" for each question in a source text.
 std::vector<std::string> questions(const std::string& text) {
   static const std::vector<std::regex> kPatterns = [] {
     std::vector<std::regex> patterns;
     for (const std::string& pattern : question_patterns()) patterns.emplace_back(pattern);
     return patterns;
   }();
-  // Cheap to look for, and part of every question: a line without any is not searched.
+  // Each question contains one of these words; other lines are skipped quickly.
   static const std::vector<std::string> kWords = [] {
     std::vector<std::string> words = {"structure", "Structure", "is_driven"};
     for (const std::string& type : structure_types()) words.insert(words.end(), {type, name_of(type)});
@@ -129,7 +129,7 @@ std::vector<std::string> questions(const std::string& text) {
   return found;
 }
 
-/// A file that may know its structure: in codegen all of the structures' folder, in the trainer the file that defines a
+/// Whether a file may know its structure: in codegen the folder of structures, in the trainer each file that defines a
 /// module, and both tables.
 bool is_structures_own(const std::string& file, const std::string& text) {
   if (file.starts_with("codegen/structures/") || file == "trainer/structures/structure_table.cpp") return true;
@@ -137,7 +137,7 @@ bool is_structures_own(const std::string& file, const std::string& text) {
   return file.starts_with("trainer/structures/") && std::regex_search(text, kModule);
 }
 
-TEST(StructureQuestions, AreAskedOfModulesAlone) {
+TEST(StructureQuestions, AreAskedOnlyThroughModules) {
   std::vector<std::string> asked;
   int files = 0, modules = 0;
   for (const char* folder : {"trainer", "codegen"})
@@ -152,15 +152,15 @@ TEST(StructureQuestions, AreAskedOfModulesAlone) {
       }
       for (const std::string& question : questions(text)) asked.push_back(file + ":" + question);
     }
-  ASSERT_GT(files, 100) << "the scan has lost its way: " << kRoot;
-  ASSERT_GT(modules, 4) << "the modules have other names now: who else is let through?";
+  ASSERT_GT(files, 100) << "the scan found too few files below " << kRoot;
+  ASSERT_GT(modules, 4) << "the modules have other names: is_structures_own() may allow the wrong files";
   std::string report;
   for (const std::string& line : asked) report += line + "\n";
   EXPECT_THAT(asked, IsEmpty()) << report;
 }
 
-// The controls: each kind of question is seen, with its line; what merely speaks of structures is none.
-TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
+// Controls: each kind of question is found, with its line; code that only names structures is not reported.
+TEST(StructureQuestions, AreDetectedInEachForm) {
   for (const char* code :
        {"if (o.structure == \"kkl\") f();", "return name != \"driven_kkl\";", "if (\"general\" == name) f();",
         "auto* l = std::get_if<Luenberger>(&model.structure);", "std::get<codegen::DrivenKkl>(m.structure).inputs",
@@ -177,7 +177,7 @@ TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
   EXPECT_THAT(questions("x = \"//\"; y = s == \"kkl\";"), ElementsAre(HasSubstr("1: ")));
 }
 
-TEST(StructureQuestions, MayBeAskedInAModule) {
+TEST(StructureQuestions, AreAllowedInAModule) {
   const std::string module = "const TrainableStructure& x_structure() {\n";
   EXPECT_TRUE(is_structures_own("trainer/structures/x.cpp", module));
   EXPECT_FALSE(is_structures_own("trainer/structures/structure.cpp", "std::vector<float> initial_dynamics()"));

@@ -10,7 +10,7 @@
 
 namespace {
 
-// volatile: a compiler may take it that operator new touches nothing of ours.
+// volatile, because a compiler may assume that operator new does not touch variables of the program.
 thread_local volatile bool armed = false;
 volatile int allocations_seen = 0;
 volatile int locks_seen = 0;
@@ -19,14 +19,14 @@ void note_allocation() {
   if (armed) allocations_seen = allocations_seen + 1;
 }
 
-/// The function of that name which this program's own stands before.
+/// Returns the library's function of this name, which a function of this program replaces.
 template <class Function>
 Function next_one(const char* name) {
   if (armed) locks_seen = locks_seen + 1;
   return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
 }
 
-/// Minor and major ones of this thread.
+/// Returns the number of minor and major page faults of this thread.
 long page_faults_so_far() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Counts what a control loop must not do while it flies: allocate, lock, fault a page in.
+// Counts events that a control loop must not cause in flight: allocations, locks, page faults.
 #pragma once
 
 #include <cstdint>
 
 namespace nlo::testing {
 
-/// Whether malloc can be watched: a sanitizer brings its own, and there only operator new is.
+/// Whether malloc can be watched: a sanitizer replaces it, so only operator new is watched.
 #if defined(__SANITIZE_ADDRESS__)
 inline constexpr bool kUnderSanitizer = true;
 #elif defined(__has_feature)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The certificate of a model: every row is there for every structure, no falsifier is above its bound, and one that is
-// gets seen.
+// The certificate of a model: each row exists for each structure, no search finds a value above its bound, and a bound
+// that is too small is detected.
 #include "trainer/prove/certificate.h"
 
 #include <gmock/gmock.h>
@@ -32,19 +32,20 @@ const CertificateRow& row_of(const Certificate& certificate, const std::string& 
   throw std::runtime_error("no row " + id);
 }
 
-TEST(Certificate, NoFalsifierIsAboveABoundForAnyModel) {
+TEST(Certificate, NoSearchFindsAValueAboveABound) {
   for (const Model& model : codegen::example_models()) {
     const Certificate certificate = certify(model, quick());
     EXPECT_THAT(broken_rows(certificate), IsEmpty()) << model.name;
     std::set<std::string> ids;
     for (const CertificateRow& row : certificate.rows) {
-      EXPECT_TRUE(ids.insert(row.id).second) << model.name << ": " << row.id << " twice";
-      EXPECT_TRUE(!std::isnan(row.bound) || !row.note.empty()) << model.name << ": " << row.id << " says nothing";
+      EXPECT_TRUE(ids.insert(row.id).second) << model.name << ": " << row.id << " is listed twice";
+      EXPECT_TRUE(!std::isnan(row.bound) || !row.note.empty())
+          << model.name << ": " << row.id << " has neither a bound nor a note";
     }
   }
 }
 
-TEST(Certificate, ControlABoundThatIsTooSmallIsSeen) {
+TEST(Certificate, ControlABoundThatIsTooSmallIsDetected) {
   Certificate certificate = certify(codegen::tiny_model(), quick());
   for (CertificateRow& row : certificate.rows) {
     if (std::isnan(row.bound) || !(row.found > 0.0)) continue;
@@ -56,7 +57,7 @@ TEST(Certificate, ControlABoundThatIsTooSmallIsSeen) {
   EXPECT_THAT(broken_rows(certificate), IsEmpty());
 }
 
-TEST(Certificate, TheFactorOfALinearLatentSystemComesFromItsSlowestMode) {
+TEST(Certificate, ContractionOfALinearLatentSystemIsThatOfItsSlowestMode) {
   const Model model = codegen::tiny_model();
   const Certificate certificate = certify(model, quick());
   const double slowest = codegen::linear_latent(model)->eigenvalues.maxCoeff();
@@ -66,7 +67,7 @@ TEST(Certificate, TheFactorOfALinearLatentSystemComesFromItsSlowestMode) {
   EXPECT_NEAR(row.found, row.bound, 1e-3);
 }
 
-TEST(Certificate, GatedUnitsHaveARateWhereTheirWeightsProveOne) {
+TEST(Certificate, GatedUnitsHaveARateIfTheirWeightsProveOne) {
   const CertificateRow proven = row_of(certify(codegen::contracting_gated_model(), quick()), "contraction");
   EXPECT_LT(proven.bound, 1.0);
   EXPECT_GT(proven.found, 0.0);
@@ -76,9 +77,9 @@ TEST(Certificate, GatedUnitsHaveARateWhereTheirWeightsProveOne) {
   EXPECT_THAT(open.note, HasSubstr("not proven"));
 }
 
-TEST(Certificate, OfTheShippedModelTheLipschitzConstantIsWithinThirtyPerCentOfTheSteepestSlope) {
+TEST(Certificate, LipschitzConstantOfTheShippedModelIsWithinThirtyPerCentOfTheSteepestSlope) {
   const Model model = codegen::read_model(std::string(NLO_SOURCE_DIR) + "/examples/models/van_der_pol.json");
-  CertifyOptions options;  // takes a minute or two; a default run takes less
+  CertifyOptions options;  // takes one or two minutes; a default run takes less
   options.gap = 0.3;
 #ifndef NLO_SLOW
   options.boxes = 100000;
@@ -93,7 +94,7 @@ TEST(Certificate, OfTheShippedModelTheLipschitzConstantIsWithinThirtyPerCentOfTh
   EXPECT_GE(row.bound, row.found);
 }
 
-TEST(Certificate, JsonHasEveryRowAndNullWhereThereIsNoBound) {
+TEST(Certificate, JsonHasEveryRowAndNullForAMissingBound) {
   const Certificate certificate = certify(codegen::luenberger_model(), quick());
   const auto json = nlohmann::json::parse(certificate_json(certificate));
   ASSERT_EQ(json["rows"].size(), certificate.rows.size());

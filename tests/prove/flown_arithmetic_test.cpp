@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The proven error of the arithmetic that flies, beside the very runtime that flies: exported headers of the shipped
-// model in float (both policies), bf16 weights and int16.
+// The proven error of the exported arithmetic, compared with the runtime itself: exported headers of the shipped model
+// in float (both policies), with bf16 weights and in int16.
 #include <gtest/gtest.h>
 #include <vdp_bf16.h>
 #include <vdp_float.h>
@@ -31,7 +31,7 @@ Model shipped_model() {
   return codegen::read_model(std::string(NLO_SOURCE_DIR) + "/examples/models/van_der_pol.json");
 }
 
-/// Bounds of its two estimates in a format, by few boxes.
+/// Returns the proven bounds of its two estimates in a format, from few boxes.
 Eigen::Vector2d proven_error(const Model& model, const std::string& format) {
   CertifyOptions options;
   options.boxes = 500;
@@ -42,7 +42,7 @@ Eigen::Vector2d proven_error(const Model& model, const std::string& format) {
   return bound;
 }
 
-/// |flown T* - real T*| at most, over floats in the domain, its corners among them.
+/// Returns the largest |flown T* - real T*| over floats in the domain, including its corners.
 template <Arithmetic kArithmetic, class Flown>
 Eigen::Vector2d largest_at_draws(const Model& model, const Flown& flown) {
   const codegen::ReferenceNetwork<double> exact(*codegen::inverse_map(model));
@@ -64,7 +64,7 @@ Eigen::Vector2d largest_at_draws(const Model& model, const Flown& flown) {
   return largest;
 }
 
-/// Largest difference in whole flights with readings held at levels, while z is in its domain.
+/// Returns the largest difference in whole flights with constant readings, while z is in its domain.
 template <class Observer, class Flown>
 Eigen::Vector2d largest_in_flights(const Model& model, const Flown& flown) {
   codegen::ReferenceObserver<double> exact(model);
@@ -98,13 +98,13 @@ Eigen::Vector2d largest_flown(const Model& model, const Flown& flown) {
   return largest_at_draws<kArithmetic>(model, flown).cwiseMax(largest_in_flights<Observer>(model, flown));
 }
 
-TEST(FlownArithmetic, OfTheRuntimeIsWithinItsProof) {
+TEST(FlownArithmetic, ErrorOfTheRuntimeIsWithinItsProof) {
   const Model model = shipped_model();
   const auto check = [&](const std::string& format, const Eigen::Vector2d& found, double loosest) {
     const Eigen::Vector2d bound = proven_error(model, format);
     for (int i = 0; i < 2; ++i) {
       EXPECT_LE(found(i), bound(i)) << format << " x" << i + 1;
-      EXPECT_LE(bound(i), loosest * found(i)) << format << " x" << i + 1 << ": a bound of nothing";
+      EXPECT_LE(bound(i), loosest * found(i)) << format << " x" << i + 1 << ": the bound is too loose";
     }
   };
   check("float", largest_flown<Arithmetic::kFast>(model, vdp_float::kModel), 2000.0);
@@ -140,7 +140,7 @@ TEST(FlownArithmetic, ControlAProofWithoutTheWeightsErrorIsBroken) {
 }
 
 TEST(FlownArithmetic, LatentErrorBoundsLongFlights) {
-  // A reading that is held: z comes to rest early, as steps of less than half a place are lost.
+  // A constant reading: z comes to rest early, because increments below half a unit in the last place are lost.
   const Model model = shipped_model();
   const Eigen::VectorXd bound = float_latent_error(model, model.latent_min, model.latent_max);
   codegen::ReferenceObserver<double> exact(model);
@@ -159,7 +159,7 @@ TEST(FlownArithmetic, LatentErrorBoundsLongFlights) {
     }
   }
   for (Index i = 0; i < model.nz(); ++i) EXPECT_LE(largest(i), bound(i)) << "z" << i + 1;
-  EXPECT_GT(largest.cwiseQuotient(bound).maxCoeff(), 0.02) << "control: a bound some tens of times smaller is broken";
+  EXPECT_GT(largest.cwiseQuotient(bound).maxCoeff(), 0.02) << "control: a bound fifty times smaller is broken";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// T from the plant: against the Sylvester equation where the plant is linear, against its own equation (5) elsewhere.
+// T from the plant: compared with the Sylvester equation for linear plants, and with its own equation (5) for others.
 #include "trainer/prove/forward_map.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ Eigen::MatrixXd grid() {
   return x;
 }
 
-/// k D, as Proposition 2 has it.
+/// k D, as in Proposition 2.
 LatentSystem faster(LatentSystem system, double k) {
   system.eigenvalues *= k;
   return system;
@@ -60,7 +60,7 @@ TEST(SylvesterMap, SolvesTheEquationOfT) {
   const Eigen::MatrixXd t = sylvester_map(plant.a(), plant.c(), system);
   const Eigen::MatrixXd residual = t * plant.a() - apply_d(system, t) - system.injection * plant.c();
   EXPECT_LT(residual.cwiseAbs().maxCoeff(), kRounding);
-  EXPECT_TRUE(t.row(4).isZero(0.0)) << "a clock knows nothing of the plant";
+  EXPECT_TRUE(t.row(4).isZero(0.0)) << "a clock does not depend on the plant";
 }
 
 TEST(SylvesterMap, RefusesAnEigenvalueOfThePlant) {
@@ -72,8 +72,8 @@ TEST(SylvesterMap, RefusesAnEigenvalueOfThePlant) {
   EXPECT_NO_THROW(sylvester_map(Eigen::MatrixXd::Constant(1, 1, -1.0), Eigen::MatrixXd::Ones(1, 1), system));
 }
 
-TEST(ForwardMap, MeetsTheSylvesterSolutionOnALinearPlant) {
-  constexpr double kTruncation = 2e-7;  // 1e-7 of the past is left out, relative to |F y| / |lambda|
+TEST(ForwardMap, EqualsTheSylvesterSolutionForALinearPlant) {
+  constexpr double kTruncation = 2e-7;  // 1e-7 of the past is cut off, relative to |F y| / |lambda|
   const LinearPlant plant = oscillator();
   const ForwardMap map(plant, mixed_system(), kOscillatorDomain);
   const Eigen::MatrixXd exact = sylvester_map(plant.a(), plant.c(), mixed_system()), x = grid();
@@ -85,7 +85,7 @@ TEST(ForwardMap, MeetsTheSylvesterSolutionOnALinearPlant) {
 TEST(ForwardMap, IsOfFourthOrderInTheStep) {
   const LinearPlant plant = oscillator();
   LatentSystem system = mixed_system();
-  system.eigenvalues(3) = -2.5;  // |lambda h| stays where the order shows
+  system.eigenvalues(3) = -2.5;  // keeps |lambda h| where the order can be measured
   const Eigen::MatrixXd exact = sylvester_map(plant.a(), plant.c(), system), x = grid();
   const auto error = [&](double step_s) {
     ForwardMapOptions options;
@@ -122,25 +122,25 @@ TEST(ForwardMap, SolvesThePdeOfVanDerPolInsideTheBox) {
   const ForwardMap map(*plant, mixed_system(), kVanDerPolDomain);
   EXPECT_LT(map.pde_residual(x).maxCoeff(), kSmall);
 
-  ForwardMapOptions forgetful;  // control: a T that sees too little of the past does not solve it
+  ForwardMapOptions forgetful;  // control: a T that uses too little of the past does not solve it
   forgetful.truncation = 0.3;
   EXPECT_GT(ForwardMap(*plant, mixed_system(), kVanDerPolDomain, forgetful).pde_residual(x).maxCoeff(), 100.0 * kSmall);
 }
 
-TEST(ForwardMap, ExistsAndSolvesThePdeWhereTheBackwardPlantEscapes) {
+TEST(ForwardMap, ExistsAndSolvesThePdeIfThePlantEscapesBackwards) {
   const auto plant = van_der_pol();
-  Eigen::MatrixXd x(2, 2);  // outside of the limit cycle, inside O
+  Eigen::MatrixXd x(2, 2);  // outside of the limit cycle, within O
   x << 2.6, -1.0, 2.0, 3.6;
   const LatentSystem fast = faster(mixed_system(), 4.0);
   const ForwardMap map(*plant, fast, kVanDerPolDomain);
   EXPECT_TRUE(map.at(x).allFinite());
   EXPECT_LT(map.pde_residual(x).maxCoeff(), 1e-3 * (fast.injection * plant->output(x)).norm());
-  Eigen::MatrixXd escaped = x;  // control: it does escape without the switch
+  Eigen::MatrixXd escaped = x;  // control: without the switch the plant escapes
   for (int i = 0; i < 2000 && escaped.allFinite(); ++i) escaped = rk4_step(*plant, escaped, -0.01);
   EXPECT_FALSE(escaped.allFinite());
 }
 
-TEST(ForwardMap, ForwardsAndBackwardsAgreeAlongARun) {
+TEST(ForwardMap, ForwardAndBackwardIntegrationAgreeAlongARun) {
   constexpr double kSame = 1e-6;
   const auto plant = van_der_pol();
   const ForwardMap map(*plant, mixed_system(), kVanDerPolDomain);

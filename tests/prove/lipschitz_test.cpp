@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lipschitz constants of T*: the proven one is never below a slope, and exact where that can be known.
+// Lipschitz constants of T*: the proven constant is never below a slope, and exact for maps with a known constant.
 #include "trainer/prove/lipschitz.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST_P(EachActivation, UpperBoundIsBelowTheProductOfTheNorms) {
   }
 }
 
-TEST_P(EachActivation, JacobianMeetsFiniteDifferences) {
+TEST_P(EachActivation, JacobianAgreesWithFiniteDifferences) {
   constexpr double kStep = 1e-6, kTolerance = 1e-7;
   const codegen::Model model = random_model(6, GetParam(), 2);  // reads y, has a linear path
   std::mt19937 engine(7);

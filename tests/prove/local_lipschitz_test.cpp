@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Lipschitz constant of T* over its domain: no slope that can be found is above it, it is never above the global
-// one, and where the answer is known it is met.
+// The Lipschitz constant of T* over its domain: no slope that a search finds exceeds it, it never exceeds the global
+// constant, and it equals known constants.
 #include "trainer/prove/lipschitz.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ Eigen::VectorXd point_in(const InputBox& box, std::mt19937& engine) {
          box.radius.array() * Eigen::ArrayXd::NullaryExpr(box.centre.size(), [&] { return uniform(engine, -1, 1); });
 }
 
-/// With a domain of that half width; outputs within 1.
+/// A model whose domain has this half width; outputs are within 1.
 codegen::Model domain_model(unsigned seed, const std::string& activation, int hidden_layers, double half_width) {
   codegen::Model model = random_model(seed, activation, hidden_layers);
   std::mt19937 engine(seed + 77);
@@ -105,7 +105,7 @@ TEST_P(LocalLipschitzOf, NoJacobianOfABoxIsAboveItsBound) {
 }
 
 TEST_P(LocalLipschitzOf, NoOutputOfABoxIsOutsideItsRange) {
-  int beside = 0;  // points beyond half of it: the control
+  int beside = 0;  // points beyond half of the range: the control
   for (unsigned seed = 1; seed <= 18; ++seed) {
     const codegen::Model model = random_model(seed, GetParam(), static_cast<int>(seed % 4));
     const codegen::ReferenceNetwork<double> map(*codegen::inverse_map(model));
@@ -151,7 +151,7 @@ Exact exact_jacobian(const codegen::Network& m, const Eigen::VectorXd& p) {
   return m.output_scale.cast<long double>().asDiagonal() * (jacobian + path);
 }
 
-/// The largest |m v| / |v| over many unit vectors and a power iteration: no norm is below it.
+/// Returns the largest |m v| / |v| over many unit vectors and a power iteration, a lower bound of the norm.
 long double reached_norm(const Exact& m) {
   Exact v = Exact::Ones(m.cols(), 1);
   for (int i = 0; i < 2000; ++i) {
@@ -175,16 +175,16 @@ TEST(JacobianEnclosure, BoundsTheExactValue) {
     const double computed = spectral_norm(inverse_map_jacobian(model, p.head(kNz), p.tail(kNy)).leftCols(kNz));
     const long double exact = reached_norm(exact_jacobian(*codegen::inverse_map(model), p));
     EXPECT_GE(static_cast<long double>(bound), exact) << "seed " << seed;
-    if (seed % 4 == 0) {  // one layer: nothing else is in the bound
+    if (seed % 4 == 0) {  // one layer: the bound has no other part
       EXPECT_LE(static_cast<long double>(bound), exact * (1.0L + kClose));
     }
     below += static_cast<long double>(computed) < exact;
   }
-  EXPECT_GT(below, 5) << "control: what is computed without it is below";
+  EXPECT_GT(below, 5) << "control: without the rounding term it is below";
 }
 
 TEST(JacobianEnclosure, IsSharpToSecondOrderForSmoothActivations) {
-  // Against the largest norm over a box by many points: what is left falls with the square of the box.
+  // Compared with the largest norm at many points of a box: the excess falls with the square of the box size.
   const Eigen::Index n = kNz + kNy;
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -204,7 +204,7 @@ TEST(JacobianEnclosure, IsSharpToSecondOrderForSmoothActivations) {
       excess[fine] = enclosure.over(box).norm - largest;
     }
     EXPECT_GE(excess[1], 0.0);
-    EXPECT_LT(excess[1], excess[0] / 50.0) << "a hundredth, less what rounding and third order take; seed " << seed;
+    EXPECT_LT(excess[1], excess[0] / 50.0) << "a hundredth, with a margin for rounding and third order; seed " << seed;
   }
 }
 
@@ -220,7 +220,7 @@ TEST_P(LocalLipschitzOf, IsBetweenTheLargestFoundSlopeAndTheGlobalBound) {
       const Eigen::MatrixXd there = inverse_map_jacobian(model, local.steepest.head(kNz), local.steepest.tail(kNy));
       EXPECT_NEAR(spectral_norm(of_output ? there.rightCols(kNy) : there.leftCols(kNz)), local.found,
                   kRounding * (1.0 + local.found))
-          << "where it says";
+          << "at the point that it names";
       std::mt19937 engine(seed);
       const InputBox box{0.5 * (model.latent_min + model.latent_max), 0.5 * (model.latent_max - model.latent_min)};
       for (int i = 0; i < 200; ++i) {
@@ -232,16 +232,16 @@ TEST_P(LocalLipschitzOf, IsBetweenTheLargestFoundSlopeAndTheGlobalBound) {
   }
 }
 
-TEST(LocalLipschitz, IsTheSteepestSlopeWhereTheSearchComesToItsEnd) {
+TEST(LocalLipschitz, IsTheSteepestSlopeIfTheSearchFinishes) {
   for (unsigned seed = 1; seed <= 9; seed += 2) {  // without y: three dimensions
     const codegen::Model model = domain_model(seed, "tanh", 2, 0.5);
     const LocalLipschitz local = local_lipschitz(model);
     EXPECT_LE(local.bound, 1.0101 * local.found) << "seed " << seed << ", " << local.boxes << " boxes";
-    EXPECT_LT(local.bound, 0.9 * lipschitz_upper(model).latent) << "control: the global one is another number";
+    EXPECT_LT(local.bound, 0.9 * lipschitz_upper(model).latent) << "control: the global constant is larger";
   }
 }
 
-TEST(LocalLipschitz, FallsWithEveryExaminedBox) {
+TEST(LocalLipschitz, NeverGrowsWithMoreExaminedBoxes) {
   const codegen::Model model = domain_model(5, "silu", 3, 1.0);
   double before = lipschitz_upper(model).latent;
   for (const std::int64_t most : {1, 10, 100, 1000}) {
@@ -252,11 +252,11 @@ TEST(LocalLipschitz, FallsWithEveryExaminedBox) {
   EXPECT_LT(before, 0.8 * lipschitz_upper(model).latent);
 }
 
-TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtTheNearestPointToItsMiddle) {
+TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtThePointNearestToItsMiddle) {
   codegen::Model model = domain_model(1, "tanh", 0, 1.0);
   codegen::Network& net = *codegen::inverse_map(model);
   net = {};
-  net.features = Eigen::MatrixXd::Identity(1, kNz + kNy);  // z_0 alone
+  net.features = Eigen::MatrixXd::Identity(1, kNz + kNy);  // only z_0
   net.feature_mean = Eigen::VectorXd::Zero(1);
   net.feature_scale = Eigen::VectorXd::Ones(1);
   net.layers = {{Eigen::MatrixXd::Constant(1, 1, 3.0), Eigen::VectorXd::Zero(1)},
@@ -273,7 +273,7 @@ TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtTheNearestPointToItsMiddle) {
   EXPECT_LE(lipschitz_upper(model).latent, 6.0 * (1.0 + kRounding));
 }
 
-TEST(LocalLipschitz, TakesTheLatentBoxOfAnglesRelativeToTheirSteadyState) {
+TEST(LocalLipschitz, UsesTheLatentBoxRelativeToTheSteadyStateOfAngles) {
   codegen::Model model = domain_model(2, "tanh", 2, 0.5);  // reads y
   model.outputs[1].wrap = 6.28;
   codegen::linear_latent(model)->eigenvalues = Eigen::Vector3d(-0.5, -1.0, -2.0);
@@ -294,11 +294,11 @@ TEST(LocalLipschitz, TakesTheLatentBoxOfAnglesRelativeToTheirSteadyState) {
   }
   EXPECT_LE(sampled.latent, in_z.bound);
   EXPECT_LE(sampled.output, in_y.bound);
-  EXPECT_LE(sampled.latent, in_z.found * (1.0 + kRounding)) << "the search beats 4,000 draws";
+  EXPECT_LE(sampled.latent, in_z.found * (1.0 + kRounding)) << "the search finds more than 4,000 draws";
   EXPECT_LE(in_z.bound, lipschitz_upper(model).latent);
 }
 
-TEST(SteepestSlope, LooksAtThePointsItIsGiven) {
+TEST(SteepestSlope, TriesTheGivenPoints) {
   const codegen::Model model = domain_model(4, "tanh", 3, 1.0);  // reads y
   std::mt19937 engine(9);
   Eigen::MatrixXd points(kNz + kNy, 400);
@@ -309,7 +309,7 @@ TEST(SteepestSlope, LooksAtThePointsItIsGiven) {
     steepest = std::max(steepest, lipschitz_sampled(model, points.col(i).head(kNz), points.col(i).tail(kNy)).latent);
   }
   EXPECT_GE(steepest_slope(model, false, 1, points).found, steepest);
-  points.topRows(kNz).array() += 10.0;  // out of the box
+  points.topRows(kNz).array() += 10.0;  // outside of the box
   EXPECT_EQ(steepest_slope(model, false, 1, points).found, steepest_slope(model, false, 1).found);
 }
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The error that stays, proven on other plants: trains an observer of each, and holds its bounds within three times of
-# what the search beside them finds.
+# The bound of the steady error on other plants: trains an observer of each and expects a bound within three times the
+# largest error that a search finds.
 #   usage: plants.sh NLO FOLDER_OF_EXPERIMENTS WORK
 set -eu
 nlo=$1 source=$2 work=$3

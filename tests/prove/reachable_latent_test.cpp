@@ -24,7 +24,7 @@ std::vector<Model> linear_models() {
   return models;
 }
 
-/// The largest part of the hull, from its middle, that readings reach which know nothing of it.
+/// Returns the largest share of the hull, from its middle, that random readings reach.
 double reached_at_random(const Model& model, const LatentHull& hull, unsigned seed) {
   codegen::ReferenceObserver<double> observer(model);
   const Eigen::MatrixXd gain = codegen::steady_gain(model);
@@ -35,7 +35,8 @@ double reached_at_random(const Model& model, const LatentHull& hull, unsigned se
     observer.reset();
     Eigen::VectorXd reading = low;
     for (int k = 0; k < 3000; ++k) {
-      for (Eigen::Index j = 0; j < reading.size(); ++j)  // anything, an end, or what it was; beyond the range, too
+      for (Eigen::Index j = 0; j < reading.size();
+           ++j)  // any value (also beyond the range), a limit, or the last value
         if (engine() % (run < 6 ? 2 : 40) == 0) {
           const double share = 1.2 * static_cast<double>(engine() % 1001) / 1000.0 - 0.1;
           const double end = engine() % 2 == 0 ? low(j) : high(j);
@@ -67,7 +68,7 @@ TEST(ReachableLatent, NoReadingsLeaveIt) {
   }
 }
 
-TEST(ReachableLatent, ReadingsReachItsEnds) {
+TEST(ReachableLatent, SomeReadingsReachItsLimits) {
   constexpr double kNearly = 0.99;
   for (const Model& model : {codegen::paper_model(), codegen::tiny_model(), codegen::hold_model("zero_order"),
                              codegen::hold_model("rk4"), codegen::commanded_model()}) {
@@ -77,7 +78,7 @@ TEST(ReachableLatent, ReadingsReachItsEnds) {
   }
 }
 
-TEST(ReachableLatent, ControlHalfOfItIsLeft) {
+TEST(ReachableLatent, ControlReadingsLeaveHalfOfIt) {
   int left = 0;
   for (const Model& model : linear_models()) {
     LatentHull half = reachable_latent(model);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Proposition 2 where it can be checked: on linear plants every constant has a closed form, and no error of an observer
+// Proposition 2 on linear plants, where it can be checked: each constant has a closed form, and no error of an observer
 // with the exact inverse of T exceeds the bound.
 #include "trainer/prove/robustness.h"
 
@@ -29,12 +29,12 @@ TEST(Bound19, IsTheFormulaOfThePaper) {
   EXPECT_NEAR(bound.at(0.7, 2.0), factor * std::exp(-0.7) * 2.0 + factor / 1.0 * (0.8 / 2.0 * 0.1 + 0.3), 1e-12);
 }
 
-TEST(ErrorBound, TransientEndsWhereAllOfItMeetsTheLevel) {
+TEST(ErrorBound, TransientEndsWhenTheWholeBoundFallsBelowTheLevel) {
   const ErrorBound bound{3.0, -0.5, 0.2};
   const double t = bound.transient_s(2.0, 0.3);
   EXPECT_NEAR(bound.at(t, 2.0), 0.3, 1e-12);
   EXPECT_EQ(bound.transient_s(0.01, 0.3), 0.0);
-  EXPECT_TRUE(std::isinf(bound.transient_s(2.0, 0.2))) << "it settles there, and comes no lower";
+  EXPECT_TRUE(std::isinf(bound.transient_s(2.0, 0.2))) << "it settles at this level and never falls below";
 }
 
 TEST(InjectedBound, IsReachedAtTheWorstCorner) {
@@ -107,7 +107,7 @@ TEST(Robustness, RecognisesALinearPlantInExpressions) {
   EXPECT_EQ(first.steady_found, second.steady_found);
 }
 
-TEST(Robustness, RefusesAPlantWhoseStateCannotBeSeen) {
+TEST(Robustness, RefusesAnUnobservablePlant) {
   const LinearPlant blind("blind", channels({"x1", "x2"}), channels({"y"}),
                           Eigen::Vector2d(-0.1, -0.2).asDiagonal().toDenseMatrix(), Eigen::RowVector2d(1.0, 0.0));
   EXPECT_THROW(robustness(blind, model_of(blind, Eigen::Vector3d(-1, -2, -3)), simulation_of(blind), {}),
@@ -127,8 +127,8 @@ TEST(Robustness, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.transient_s, three.transient_s);
 }
 
-TEST(Robustness, SeesThatTIsNotDifferentiableWhereDIsSlowerThanThePlantContracts) {
-  // Van der Pol's limit cycle contracts by 1.06 per second: T of slower modes is continuous there, no more.
+TEST(Robustness, DetectsThatTIsNotDifferentiableIfDIsSlowerThanThePlantContracts) {
+  // The limit cycle of Van der Pol contracts by 1.06 per second; for slower modes T is only continuous there.
   PlantConfig config;
   config.model = "van_der_pol";
   const auto plant = make_plant(config);
@@ -177,15 +177,15 @@ TEST_P(LinearPlants, NoErrorExceedsTheBound) {
       for (const double k : {1.0, 3.0, 8.0}) {
         const Robustness result = exact_result(plant, model, k, question);
         EXPECT_LE(result.ratio_found, 1.0) << hold << ", seed " << seed << ", k = " << k;
-        EXPECT_GT(result.ratio_found, 0.05) << "control: the bound is of the size of what it bounds";
+        EXPECT_GT(result.ratio_found, 0.05) << "control: the bound is not far above the error";
       }
     }
   }
 }
 
-TEST(Robustness, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
-  // The noise that drives one component of x_hat - x as far as |v| <= V allows: the sign of its impulse response,
-  // reversed in time. Random noise never comes near it.
+TEST(Robustness, WorstNoiseForTheImpulseResponseStaysWithinTheBound) {
+  // The noise with |v| <= V that drives one component of x_hat - x the furthest: the sign of its impulse response,
+  // reversed in time. Random noise never comes close.
   const LinearPlant plant = oscillator();
   const codegen::Model model = model_of(plant, Eigen::Vector3d(-0.5, -1.0, -1.5));
   RobustnessQuestion question;
@@ -196,7 +196,7 @@ TEST(Robustness, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
     const Robustness result = robustness(plant, observer, simulation_of(plant, 30.0), question);
     const Eigen::MatrixXd& inverse = codegen::inverse_map(observer)->layers[0].weights;
     constexpr Eigen::Index kSamples = 1501;
-    // The plant at rest: the estimate is the error.
+    // With the plant at rest, the estimate is the error.
     const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(kSamples, 0.0, 30.0);
     const auto error_with = [&](const Eigen::MatrixXd& v) {
       const auto run = codegen::ReferenceObserver<double>(observer).run(v, {}, time_s, true);
@@ -220,7 +220,7 @@ TEST(Robustness, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
       MeasurementNoise noise({NoiseKind::kUniform, question.noise}, 1, run);
       random = std::max(random, error_with(noise.on(Eigen::MatrixXd::Zero(1, kSamples))).tail(kSamples / 2).maxCoeff());
     }
-    EXPECT_GT(worst, random) << "control: it is worse than random noise";
+    EXPECT_GT(worst, random) << "control: its error exceeds that of random noise";
   }
 }
 
@@ -231,14 +231,14 @@ TEST(Robustness, ConstantNoiseReachesTheBoundOfAScalarPlant) {
   for (const double k : {1.0, 4.0}) {
     const Robustness result =
         exact_result(scalar_plant(), model_of(scalar_plant(), Eigen::VectorXd::Constant(1, -1.0)), k, question, 40.0);
-    // T = 1 / (k - 0.1), e = V / k: by hand.
-    EXPECT_NEAR(result.steady_found, 0.5 * (k - 0.1) / k, 1e-4) << "the hold's error";
+    // By hand: T = 1 / (k - 0.1), e = V / k.
+    EXPECT_NEAR(result.steady_found, 0.5 * (k - 0.1) / k, 1e-4) << "error of the hold";
     EXPECT_LE(result.steady_found, result.bound.steady);
-    EXPECT_GT(result.steady_found, 0.99 * result.bound.steady) << "control: a hundredth less would break";
+    EXPECT_GT(result.steady_found, 0.99 * result.bound.steady) << "control: a bound smaller by 1 % would be broken";
   }
 }
 
-TEST(Robustness, OfAnObserverThatIsNotTheInverseOfTIncludesItsApproximationError) {
+TEST(Robustness, BoundIncludesTheApproximationErrorOfTStar) {
   RobustnessQuestion question;
   question.trajectories = 3;
   question.noise = 0.5;
@@ -246,11 +246,11 @@ TEST(Robustness, OfAnObserverThatIsNotTheInverseOfTIncludesItsApproximationError
   codegen::Model beside = exact_observer(plant, model_of(plant, Eigen::VectorXd::Constant(1, -1.0)));
   codegen::inverse_map(beside)->layers[0].weights *= 1.05;
   const Robustness result = robustness(plant, beside, simulation_of(plant), question);
-  EXPECT_GT(result.approximation, 0.04) << "5 % of a state of at most 1";
+  EXPECT_GT(result.approximation, 0.04) << "5 % of a state that is at most 1";
   EXPECT_LE(result.ratio_found, 1.0);
 }
 
-TEST(Robustness, FasterEigenvaluesForgetSoonerAndAmplifyMore) {
+TEST(Robustness, FasterEigenvaluesForgetSoonerAndAmplifyNoiseMore) {
   RobustnessQuestion question;
   question.trajectories = 10;
   question.noise = 0.5;
@@ -271,8 +271,9 @@ LinearPlant second_order(double zeta) {
   return {"second_order", channels({"x1", "x2"}), channels({"y"}), a, Eigen::RowVector2d(1.0, 0.0)};
 }
 
-TEST(Robustness, TheTransientEndsBeforeItsBoundSays) {
-  // Undamped, damped, overdamped, and one whose bound is met: a single state that always starts in the same place.
+TEST(Robustness, TransientEndsBeforeItsBound) {
+  // Undamped, damped, overdamped, and a case that reaches its bound: a single state that always starts at the same
+  // place.
   RobustnessQuestion question;
   question.trajectories = 6;
   const auto expect = [&](const LinearPlant& plant, const Eigen::VectorXd& eigenvalues, double lowest_start,

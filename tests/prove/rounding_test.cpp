@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compares bounds of rounding with the same sums in long double.
+// Compares bounds of rounding errors with the same sums in long double.
 #include "trainer/prove/rounding.h"
 
 #include <gtest/gtest.h>
@@ -16,12 +16,12 @@ namespace {
 
 using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-// To double, upwards.
+// Rounds up to double.
 double above(long double value) {
   return std::nextafter(static_cast<double>(value), std::numeric_limits<double>::infinity());
 }
 
-TEST(Rounding, GammaIsAboveItsValueAndHardlySo) {
+TEST(Rounding, GammaIsSlightlyAboveItsExactValue) {
   for (const long double n : {1.0L, 2.0L, 3.0L, 17.0L, 1000.0L, 1e9L}) {
     const long double u = 0x1p-53L, exact = n * u / (1.0L - n * u);
     EXPECT_GE(static_cast<long double>(gamma(n)), exact);
@@ -29,7 +29,7 @@ TEST(Rounding, GammaIsAboveItsValueAndHardlySo) {
   }
 }
 
-TEST(Rounding, UpwardIsAboveASumThatWasRoundedDown) {
+TEST(Rounding, UpwardIsAboveTheExactSum) {
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> draw(0.0, 1.0);
   int below = 0;
@@ -44,7 +44,7 @@ TEST(Rounding, UpwardIsAboveASumThatWasRoundedDown) {
     below += static_cast<long double>(sum) < exact;
     ASSERT_GE(static_cast<long double>(upward(sum, 20.0)), exact);
   }
-  EXPECT_GT(below, 500) << "control: without it, sums are below";
+  EXPECT_GT(below, 500) << "control: without it, sums are below the exact value";
 }
 
 TEST(Rounding, ProductErrorIsAboveTheErrorOfAProduct) {
@@ -62,7 +62,7 @@ TEST(Rounding, ProductErrorIsAboveTheErrorOfAProduct) {
   EXPECT_GT(largest, 0.01) << "control: a bound a hundred times smaller would be broken";
 }
 
-TEST(Rounding, NormIsAboveTheLargestSingularValueAndHardlySo) {
+TEST(Rounding, NormIsSlightlyAboveTheLargestSingularValue) {
   constexpr double kWide = 1.0 + 1e-12;
   std::mt19937 engine(7);
   for (const Eigen::Index rows : {1, 2, 3, 8, 32})
@@ -74,8 +74,8 @@ TEST(Rounding, NormIsAboveTheLargestSingularValueAndHardlySo) {
       EXPECT_GE(rough_norm_above(m), value * (1.0 - 1e-12));
       EXPECT_LE(rough_norm_above(m), value * 1.01);
       EXPECT_EQ(norm_above(m, 2.0 * value), 2.0 * value);
-      EXPECT_GE(norm_above(m, 0.99 * value), value * (1.0 - 1e-12)) << "a smaller one does not count";
-      // In long double: |m v| for the best v of double, which no norm may be below.
+      EXPECT_GE(norm_above(m, 0.99 * value), value * (1.0 - 1e-12)) << "a guess that is too small has no effect";
+      // In long double: |m v| for the best v in double, a lower bound of the norm.
       const auto system = codegen::eigensystem(m.transpose() * m);
       Eigen::Index best = 0;
       system.values.real().maxCoeff(&best);
@@ -86,7 +86,7 @@ TEST(Rounding, NormIsAboveTheLargestSingularValueAndHardlySo) {
     }
 }
 
-TEST(Rounding, NormOfEqualSingularValuesAndOfZeroAndOfNothing) {
+TEST(Rounding, NormIsExactForEqualSingularValuesForZeroAndForEmptyMatrices) {
   EXPECT_GE(norm_above(Eigen::MatrixXd::Identity(9, 9)), 1.0);
   EXPECT_LE(norm_above(Eigen::MatrixXd::Identity(9, 9)), 1.0 + 1e-12);
   EXPECT_LE(norm_above(Eigen::MatrixXd::Zero(4, 4)), 1e-150);

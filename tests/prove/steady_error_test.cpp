@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The error that stays: its parts on linear plants, where T, J and the worst noise are known, and its whole beside the
-// search that tries to break it.
+// The bound of the steady error: its parts on linear plants, where T, J and the worst noise are known, and the whole
+// compared with the search that tries to exceed it.
 #include "trainer/prove/steady_error.h"
 
 #include <gmock/gmock.h>
@@ -44,7 +44,7 @@ StateBox box_of(double radius) {
   return {Eigen::Vector2d::Zero(), Eigen::Vector2d::Constant(radius)};
 }
 
-TEST(PlantEnclosure, RatesAreThoseOfTheMotion) {
+TEST(PlantEnclosure, RatesEncloseThoseOfTheMotion) {
   const PlantEnclosure plant(damped_equations());
   const Eigen::Vector2d x(0.3, -0.7);
   const PlantRanges at = plant.over({x, Eigen::Vector2d::Zero()});
@@ -64,7 +64,7 @@ TEST(PlantEnclosure, ASlopeWithoutABoundIsRefused) {
   EXPECT_THROW(PlantEnclosure{plant}, codegen::Error);
 }
 
-TEST(ForwardSpline, OfALinearPlantIsTheSolutionOfSylvestersEquation) {
+TEST(ForwardSpline, EqualsTheSylvesterSolutionForALinearPlant) {
   const LinearPlant plant = damped();
   const codegen::Model model = model_of(plant, Eigen::Vector3d(-2.0, 3.0, -5.0), 1);
   const LatentSystem system = latent_system(model);
@@ -77,11 +77,11 @@ TEST(ForwardSpline, OfALinearPlantIsTheSolutionOfSylvestersEquation) {
   const MapRanges ranges = spline.over(at);
   EXPECT_LT((ranges.at_centre.middle() - t * at.centre).norm(), 1e-9);
   EXPECT_LT((ranges.slopes_at_centre.middle() - t).norm(), 1e-8);
-  EXPECT_LT(spline.residual(at).norm(), 1e-7);  // least squares to some 1e-9, and slopes of it
+  EXPECT_LT(spline.residual(at).norm(), 1e-7);  // least squares to about 1e-9, and slopes of that
   EXPECT_LT(ranges.bent.norm(), 1e-9);
 }
 
-/// Difference between a mode's step and the steady response T~ to g, for y = exp(omega t).
+/// Returns the difference between the step of a mode and the steady response T~ to g, for y = exp(omega t).
 double left_over(Hold hold, double dt, const HoldEffect& effect) {
   const std::complex<double> lambda(-1.5, 2.0), omega(0.0, 2.0);
   const std::complex<double> g =
@@ -98,7 +98,7 @@ TEST(HoldEffect, TheRemainderOfAStepIsWithinItsBoundAndOfFourthOrder) {
       const double off = left_over(hold, dt, HoldEffect(hold, dt));
       EXPECT_LE(off, HoldEffect::left_over(hold, dt, 2.5, {2.0, 4.0, 8.0}, {}));
       if (before > 0.0) {
-        EXPECT_GT(std::log2(before / off), 3.7);  // with a line between samples it is 5
+        EXPECT_GT(std::log2(before / off), 3.7);  // 5 with linear interpolation between samples
       }
       before = off;
     }
@@ -113,13 +113,13 @@ TEST(HoldEffect, ControlWithoutItsSecondOrderTheBoundDoesNotHold) {
   }
 }
 
-TEST(LatentMemory, TheLargestEffectOfNoiseHasTheWorstSigns) {
+TEST(LatentMemory, LargestEffectOfNoiseIsReachedByTheWorstSigns) {
   const codegen::Model model = model_of(damped(), Eigen::Vector3d(-2.0, 3.0, -5.0), 1);
   const LatentMemory memory(model);
   const Eigen::RowVector3d row(1.0, -0.5, 2.0);
   Eigen::VectorXd z = Eigen::VectorXd::Zero(3);
   const double v = 0.1, d = 0.01;
-  for (Eigen::Index k = memory.steps - 1; k >= 0; --k) {  // the signs that each sample should have
+  for (Eigen::Index k = memory.steps - 1; k >= 0; --k) {  // the worst sign of each sample
     const auto sign = [&](double effect) { return effect < 0.0 ? -1.0 : 1.0; };
     const double now = v * sign((row * memory.noise.col(k))(0)), later = v * sign((row * memory.noise.col(k + 1))(0));
     const Eigen::VectorXd push = (row * memory.powers.middleCols(k * 3, 3)).transpose().unaryExpr(sign) * d;
@@ -127,7 +127,7 @@ TEST(LatentMemory, TheLargestEffectOfNoiseHasTheWorstSigns) {
   }
   const double largest = memory.largest(row, Eigen::VectorXd::Constant(1, v), Eigen::VectorXd::Constant(3, d))(0);
   EXPECT_GE(largest, (row * z)(0) * (1.0 - 1e-12));
-  EXPECT_LT(largest, (row * z)(0) * 1.001);  // the first sample of all, and the tail
+  EXPECT_LT(largest, (row * z)(0) * 1.001);  // the effect of the first sample and the cut-off tail
 }
 
 /// The shipped observer of Van der Pol.
@@ -161,7 +161,7 @@ TEST(SteadyError, TheBoundIsAboveTheLargestFoundErrorAndWithinThreeTimesOfIt) {
   }
 }
 
-TEST(SteadyError, ControlTheSearchBreaksABoundOfHalfTheNoise) {
+TEST(SteadyError, ControlTheSearchExceedsABoundForHalfTheNoise) {
   Shipped shipped;
   shipped.question.noise = 0.05;
   const SteadyError proof =
@@ -170,7 +170,7 @@ TEST(SteadyError, ControlTheSearchBreaksABoundOfHalfTheNoise) {
   EXPECT_GT(shipped.found().error.maxCoeff(), proof.bound.maxCoeff());
 }
 
-TEST(SteadyError, ADisturbanceIsInTheBound) {
+TEST(SteadyError, BoundGrowsWithADisturbance) {
   Shipped shipped;
   shipped.question = {0.0, 0.02, 4000};
   shipped.states = steady_states(shipped.model, *shipped.plant, shipped.experiment.simulation, 0.02, 40, 1);
@@ -182,7 +182,7 @@ TEST(SteadyError, ADisturbanceIsInTheBound) {
   EXPECT_GT(proof.bound(0), proof.approximation(0));
 }
 
-TEST(SteadyError, NoiseBeyondTheObserversRangeIsRefused) {
+TEST(SteadyError, RefusesNoiseBeyondTheRangeOfTheObserver) {
   Shipped shipped;
   shipped.question.noise = 50.0;
   try {
@@ -202,10 +202,10 @@ TEST(StateRegion, ContainsItsPointsAndItsCoarserCellsContainIt) {
     EXPECT_TRUE(shipped.region.contains(shipped.states.x.col(b)));
     EXPECT_TRUE(coarse.contains(shipped.states.x.col(b)));
   }
-  EXPECT_FALSE(shipped.region.contains(Eigen::Vector2d::Zero())) << "inside of the cycle";
+  EXPECT_FALSE(shipped.region.contains(Eigen::Vector2d::Zero())) << "inside of the limit cycle";
 }
 
-TEST(CertifyTheErrorThatStays, AModelThatHasNoPlantSaysWhy) {
+TEST(CertifySteadyError, SaysWhyAModelWithoutAPlantHasNoBound) {
   const Shipped shipped;
   const CertificateRows rows = steady_rows(shipped.model, {});
   ASSERT_EQ(rows.size(), 1U);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Functions as polynomials with a remainder: everywhere in the box within it, the remainder of the order that it should
-// be of, and nothing but rounding where the function is a polynomial.
+// Functions as polynomials with a remainder: the error is within the remainder everywhere in the box, the remainder has
+// its order, and for polynomials only rounding remains.
 #include "trainer/prove/taylor_model.h"
 
 #include <gtest/gtest.h>
@@ -40,9 +40,9 @@ const OfOneVariable kFunctions[] = {
     {"quotient", [](const TaylorModel& x) { return TaylorModel(1.0) / (TaylorModel(2.0) + x * x); },
      [](double x) { return 1.0 / (2.0 + x * x); }, 0.5}};
 
-/// The bound of the difference of the model and the true f. f is constant on a box without width, so the test compares
-/// over small boxes around points.
-TEST(TaylorModel, NoPointOfTheBoxIsFurtherThanTheModelSays) {
+/// The bound of the difference between the model and the true f. On a box without width f is constant, so the test
+/// compares over small boxes around points.
+TEST(TaylorModel, EnclosesEveryPointOfTheBox) {
   std::mt19937 engine(1);
   std::uniform_real_distribution<double> within(-1.0, 1.0);
   for (const OfOneVariable& f : kFunctions) {
@@ -50,7 +50,7 @@ TEST(TaylorModel, NoPointOfTheBoxIsFurtherThanTheModelSays) {
     const TaylorModel x = TaylorModel::variable(0, f.centre, radius);
     for (int i = 0; i < 200; ++i) {
       const double at = f.centre + radius * within(engine);
-      // f - f(at) has a root in the box: its range holds 0, so |f - f(at)| is at least |f(other) - f(at)|.
+      // f - f(at) has a root in the box, so its range contains 0 and |f - f(at)| is at least |f(other) - f(at)|.
       const double other = f.centre + radius * within(engine);
       const double most = (f.model(x) - TaylorModel(f.value(at))).most();
       EXPECT_GE(most, std::abs(f.value(other) - f.value(at)) * (1.0 - 1e-12)) << f.name;
@@ -58,36 +58,36 @@ TEST(TaylorModel, NoPointOfTheBoxIsFurtherThanTheModelSays) {
   }
 }
 
-TEST(TaylorModel, AFunctionLessItselfIsItsRemainder) {
-  // sin^2 + cos^2 - 1: intervals would say 1; what is left is of the order of radius^7.
+TEST(TaylorModel, DifferenceOfEqualFunctionsIsOnlyTheRemainder) {
+  // sin^2 + cos^2 - 1: interval arithmetic would give 1; here the remainder is of the order of radius^7.
   double before = 0.0;
   for (const double radius : {0.4, 0.2, 0.1}) {
     const TaylorModel x = TaylorModel::variable(1, 0.8, radius);
     const TaylorModel s = call(Function::kSine, x), c = call(Function::kCosine, x);
     const double left = (s * s + c * c - TaylorModel(1.0)).most();
     if (before > 0.0) {
-      EXPECT_NEAR(std::log2(before / left), 7.0, 0.7) << "order of the remainder";  // its factor moves
+      EXPECT_NEAR(std::log2(before / left), 7.0, 0.7) << "order of the remainder";  // its factor varies
     }
     before = left;
   }
   EXPECT_LT(before, 1e-6);
 }
 
-TEST(TaylorModel, PolynomialsOfItsDegreeAreExactButForRounding) {
+TEST(TaylorModel, PolynomialsOfItsDegreeAreExactExceptForRounding) {
   const TaylorModel x = TaylorModel::variable(0, 1.5, 0.5), y = TaylorModel::variable(2, -2.0, 0.25);
   const TaylorModel left = (x + y) * (x + y) * (x - y) - (x * x * x + x * x * y - x * y * y - y * y * y);
-  EXPECT_LT(left.most(), 1e-11);  // gamma of some 170 operations on sizes of 43
-  EXPECT_GT(left.most(), 0.0) << "rounding is part of it";
+  EXPECT_LT(left.most(), 1e-11);  // gamma of about 170 operations on numbers up to 43
+  EXPECT_GT(left.most(), 0.0) << "it includes rounding";
 }
 
-TEST(TaylorModel, WhereAFunctionHasNoValueNothingIsSaid) {
+TEST(TaylorModel, HasNoBoundOutsideTheDomainOfAFunction) {
   const TaylorModel x = TaylorModel::variable(0, 0.1, 0.5);
   EXPECT_TRUE(std::isinf((TaylorModel(1.0) / x).most()));
   EXPECT_TRUE(std::isinf(call(Function::kLogarithm, x).most()));
   EXPECT_TRUE(std::isinf(call(Function::kRoot, x).most()));
 }
 
-TEST(TaylorModel, DegreesBeyondItsOwnAreInTheRemainder) {
+TEST(TaylorModel, RemainderContainsHigherDegrees) {
   TaylorModel model(0.0);
   model.add({4, 3, 0}, 0.25);
   EXPECT_GE(model.most(), 0.25);

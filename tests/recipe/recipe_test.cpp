@@ -37,7 +37,7 @@ samples_per_step = 256
 
 constexpr const char* kLinearLatent = "observer.structure=kkl";  // other structures have no eigenvalues
 
-constexpr double kRounding = 0.01;  // banks are told to three digits
+constexpr double kRounding = 0.01;  // banks are printed with three digits
 
 Recipe derived(const std::string& text, const std::vector<std::string>& overrides = {}) {
   const DraftExperiment draft = parse_draft(text, "draft.toml", overrides);
@@ -51,7 +51,8 @@ TEST(Draft, IsAFileWithoutEigenvalues) {
   EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[-1.0]"}).complete);
   EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.structure=gated"}).complete);
   EXPECT_THROW(parse_experiment(kDraft, "d.toml"), codegen::Error);
-  EXPECT_THROW(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[]"}), codegen::Error) << "given, and empty";
+  EXPECT_THROW(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[]"}), codegen::Error)
+      << "the key is given, but empty";
 }
 
 TEST(Draft, LeavesShippedExperimentsAsTheyAre) {
@@ -62,7 +63,7 @@ TEST(Draft, LeavesShippedExperimentsAsTheyAre) {
   }
 }
 
-TEST(Draft, IsToldFromOneThatGivesADefaultItself) {
+TEST(Draft, DiffersFromAFileThatGivesTheDefaultExplicitly) {
   EXPECT_NE(parse_draft(kDraft, "d.toml").experiment.source_text,
             parse_draft(kDraft, "d.toml", {"training.steps=1000"}).experiment.source_text);
 }
@@ -96,7 +97,7 @@ double slowest(const Recipe& recipe) {
 }
 
 TEST(Recipe, IsSlowerForASlowerPlant) {
-  // The oscillator with another clock: all times are ten times as long.
+  // The same oscillator ten times slower: all times are ten times as long.
   const std::string plant = R"toml(name = "clocked"
 [plant]
 states = ["a", "b"]
@@ -120,8 +121,8 @@ samples_per_step = 256
   EXPECT_NEAR(fast / slow, 10.0, 0.1);
 }
 
-// A cart on a track, whose start is unknown and whose position alone is measured: while the observer forgets its start,
-// the best map changes with time.
+// A cart on a track with an unknown initial state, of which only the position is measured. While the observer forgets
+// its initial state, the best map changes with time.
 const std::string kCart = R"toml(name = "cart"
 [plant]
 states = ["position", "speed"]
@@ -139,7 +140,7 @@ trajectories_per_step = 8
 samples_per_step = 256
 )toml";
 
-TEST(Recipe, TakesProductsWithClocksWhereTheTransientIsMostOfTheError) {
+TEST(Recipe, ChoosesClockProductsIfTheTransientDominatesTheError) {
   const Recipe recipe = derived(kCart, {kLinearLatent});
   EXPECT_THAT(recipe.experiment.source_text, HasSubstr("clock_products = \"all\""));
   EXPECT_THAT(recipe.text, HasSubstr("their products with clocks"));
@@ -148,13 +149,14 @@ TEST(Recipe, TakesProductsWithClocksWhereTheTransientIsMostOfTheError) {
   EXPECT_NEAR(clocks.front(), 1.0 / slowest(recipe), kRounding * clocks.front());
 }
 
-TEST(Recipe, LeavesClocksThatAreGivenAsTheyAre) {
+TEST(Recipe, KeepsClocksThatTheFileGives) {
   const std::string text = derived(kCart, {"observer.clocks_s=[0.7]"}).experiment.source_text;
   EXPECT_THAT(text, HasSubstr("\nclocks_s = [0.7]\n"));
   EXPECT_THAT(text, Not(HasSubstr("clock_products")));
 }
 
-// A spring that rings for ten periods; its force is known, its position is measured with more noise than it moves.
+// A spring that rings for ten periods. Its force is known; the noise of its measured position is larger than its
+// motion.
 const std::string kSpring = R"toml(name = "spring"
 [plant]
 states = ["position", "speed"]
@@ -177,18 +179,18 @@ trajectories_per_step = 8
 samples_per_step = 256
 )toml";
 
-TEST(Recipe, TakesAPriorWhereTheEquationsOfThePlantHold) {
-  // A linear plant with white noise: the filter that a prior begins as is the best estimator there is.
+TEST(Recipe, ChoosesAPriorIfTheEquationsOfThePlantHold) {
+  // A linear plant with white noise: the Kalman filter from which a prior starts is the best possible estimator.
   const Recipe recipe =
       derived(kSpring, {"simulation.process_noise=[0.0, 0.05]", "training.steps=77", "inverse_map.hidden=[8]"});
   EXPECT_EQ(recipe.experiment.observer.structure, "prior") << recipe.text;
-  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" is taken"));
+  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" is chosen"));
   EXPECT_EQ(recipe.experiment.training.steps, 77) << "the file gives it";
   EXPECT_EQ(recipe.experiment.inverse_map.hidden, std::vector<int>{8}) << "the file gives it";
 }
 
 TEST(Recipe, TriesNoPriorOnAPlantThatIsSimulatedExactly) {
-  // It would be taken, and lose the real plant, whose parameters differ.
+  // A prior would be chosen, and would fail on the real plant, whose parameters differ.
   const Recipe recipe = derived(kSpring);
   EXPECT_NE(recipe.experiment.observer.structure, "prior");
   EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: it would trust the equations completely"));
@@ -241,18 +243,18 @@ samples_per_step = 256
 }
 
 TEST(Recipe, SaysWhyAPriorWasNotTried) {
-  // The estimate of a level may fall below -1, where the logarithm has no value.
+  // The estimate of a level may fall below -1, where the logarithm is not defined.
   const Recipe recipe = derived(tank("ln(1 + level)"));
   EXPECT_NE(recipe.experiment.observer.structure, "prior");
   EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: equations.derivative[0] has no bound"));
 }
 
-TEST(Recipe, TriesAPriorWithARootOfAState) {
+TEST(Recipe, TriesAPriorWithTheSquareRootOfAState) {
   EXPECT_THAT(derived(tank("sqrt(level)")).text, Not(HasSubstr("\"prior\" was not tried")));
 }
 
-TEST(Recipe, HasNoModeSlowerThanAFifthOfAllItsRunsTogether) {
-  // An almost constant state behind much noise: the longer the average, the better.
+TEST(Recipe, HasNoModeSlowerThanAFifthOfTheTotalTimeOfItsRuns) {
+  // An almost constant state behind large noise: the longer the average, the better the estimate.
   const std::string plant = R"toml(name = "level"
 [plant]
 states = ["a"]
@@ -275,10 +277,11 @@ samples_per_step = 256
   const double of_one_run = slowest(derived(plant, {"simulation.trajectories=1"}));
   EXPECT_GE(of_one_run, (1.0 - kRounding) / kFifthOfARun);
   EXPECT_TRUE(std::isfinite(of_one_run));
-  EXPECT_LT(slowest(derived(plant, {"simulation.trajectories=40"})), 1.0 / kFifthOfARun);  // many runs: no need
+  EXPECT_LT(slowest(derived(plant, {"simulation.trajectories=40"})),
+            1.0 / kFifthOfARun);  // many runs need no longer average
 }
 
-TEST(Recipe, DoesNotMirrorRunsThatStartOnOneSide) {
+TEST(Recipe, DoesNotMirrorRunsWhoseInitialStatesLieOnOneSide) {
   EXPECT_TRUE(derived(kDraft).experiment.training.mirror);
   EXPECT_FALSE(derived(kDraft, {"simulation.initial_low=[0.0, -1.0]"}).experiment.training.mirror);
 }
@@ -311,24 +314,24 @@ ReadoutError error_of(const Experiment& experiment, const std::string& threads =
   return ReadoutProbe(threaded, sets.training).error(threaded, 64, 4000);
 }
 
-TEST(ReadoutProbe, FindsALinearPlantInALinearReadout) {
+TEST(ReadoutProbe, LinearReadoutIsExactForALinearPlant) {
   const ReadoutError fast = error_of(oscillator("eigenvalues = [-2.0, -4.0]"));
   const ReadoutError slow = error_of(oscillator("eigenvalues = [-0.02, -0.03]"));
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_LT(fast.linear[i], 0.2);                   // the transient alone: 2 of 40 s
-    EXPECT_GT(slow.linear[i], 2.0 * fast.linear[i]);  // never forgets where it started
+    EXPECT_LT(fast.linear[i], 0.2);                   // the error of the transient alone: 2 of 40 s
+    EXPECT_GT(slow.linear[i], 2.0 * fast.linear[i]);  // it never forgets its initial state
   }
   EXPECT_LT(fast.mean_log(), slow.mean_log());
 }
 
-TEST(ReadoutProbe, SeesThatACurvedPlantWantsACurvedReadout) {
+TEST(ReadoutProbe, PrefersANonlinearReadoutForANonlinearPlant) {
   const ReadoutError line = error_of(oscillator("eigenvalues = [-2.0, -4.0]"));
   const ReadoutError curve = error_of(oscillator("eigenvalues = [-2.0, -4.0]", "\"exp(2*a)\""));
   EXPECT_LT(curve.curved[0], 0.6 * curve.linear[0]);
   EXPECT_LT(line.linear[0], curve.linear[0]);
 }
 
-TEST(ReadoutProbe, SaysThatAStateIsNotSeen) {
+TEST(ReadoutProbe, ReportsAStateThatTheOutputsDoNotDetermine) {
   const ReadoutError error = error_of(oscillator("eigenvalues = [-2.0, -4.0]", R"("0.0")"));
   for (const double share : error.linear) EXPECT_NEAR(share, 1.0, 0.05);
 }
@@ -359,8 +362,8 @@ TEST(ModeBanks, ScaleWithTheUnitOfTime) {
     EXPECT_NEAR(seconds[i].slowest(), 1000.0 * milliseconds[i].slowest(), kRounding * seconds[i].slowest());
 }
 
-/// Logarithm of an error that falls with the distance of the nearest pair to each of these poles: 0 at the pole, 1 for
-/// one that has nothing in common with it (the pseudo-hyperbolic distance of the half plane).
+/// Logarithm of an error that falls with the distance (pseudo-hyperbolic distance of the half plane) of the nearest
+/// pair to each of these poles. The error is 0 at the pole and 1 far from it.
 double log_distance(const ModeBank& bank, const std::vector<std::complex<double>>& poles) {
   double sum = 0.0;
   for (const std::complex<double> pole : poles) {
@@ -379,7 +382,7 @@ ModeBank with_resonances_at(const std::vector<std::complex<double>>& poles, doub
                          [&](const ModeBank& tried) { return log_distance(tried, poles); });
 }
 
-TEST(Resonances, StandWhereThePolesAre) {
+TEST(Resonances, AreFoundAtThePoles) {
   const ModeBank bank = with_resonances_at({{-1.5, 40.0}, {-3.0, 12.0}});
   ASSERT_EQ(bank.pairs.size(), 2U);
   for (const std::complex<double> pole : {std::complex<double>(-1.5, 40.0), {-3.0, 12.0}}) {
@@ -389,11 +392,11 @@ TEST(Resonances, StandWhereThePolesAre) {
   }
 }
 
-TEST(Resonances, AreNotAddedWhereTheyGainNothing) {
+TEST(Resonances, AreNotAddedIfTheyDoNotReduceTheError) {
   EXPECT_TRUE(with_resonances_at({}).pairs.empty());
 }
 
-TEST(Resonances, KeepWithinTheRowsAndTheLongestTimeConstant) {
+TEST(Resonances, StayWithinTheNumberOfRowsAndTheLongestTimeConstant) {
   EXPECT_TRUE(with_resonances_at({{-1.5, 40.0}}, 10.0, 3).pairs.empty());  // a pair has two rows, the bank two already
   for (const auto& [re, im] : with_resonances_at({{-0.02, 40.0}}, 1.0).pairs) EXPECT_LE(re, -1.0 + kRounding);
 }
@@ -406,7 +409,7 @@ TEST(Recipe, PlacesALightlyDampedPairAtTheResonanceOfAPlant) {
   EXPECT_TRUE(found) << recipe.text;
 }
 
-TEST(ModeBanks, HaveAtMostAsManyRowsAsManyChannelsAllow) {
+TEST(ModeBanks, HaveFewerRowsIfThereAreManyChannels) {
   for (const int most : {1, 2, 4})
     for (const ModeBank& bank : mode_banks(0.01, 10.0, most)) EXPECT_LE(bank.rows(), std::max(most, 2));
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# nlo export --check flies what it writes: exports of each structure pass, and what a compiler is made to break is told
-# and not written.
+# nlo export --check: exports of each structure pass. If the compiler is made to break an export, the error says so and
+# nothing is written.
 #   check.sh NLO EXPORT_MODEL C_COMPILER [all]
 set -euo pipefail
 nlo=$1 export_model=$2 cc=$3
@@ -23,7 +23,7 @@ for target in cpp single; do
   grep -q 'as the model over 400 samples' $target.log || fail "$target: $(cat $target.log)"
 done
 
-# broken WHAT SED TELLS: a compiler that sees another program than was generated.
+# broken WHAT SED WORDS: uses a compiler that sees a program which differs from the generated one.
 broken() {
   printf '#!/bin/sh\nsed -i "%s" rig*.c\nexec %s "$@"\n' "$2" "$cc" >broken_cc
   chmod +x broken_cc

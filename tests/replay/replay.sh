@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# nlo replay of flights that a firmware in C99 has logged: of every structure that C99 has, in float, double and int16, the
-# same to the bit; and the first difference of an edited log is found.
+# nlo replay of flights that a firmware in C99 has logged: each structure that C99 has, in float, double and int16,
+# replays with the same bits, and the first difference of an edited log is found.
 #   replay.sh NLO EXPORT_MODEL SOURCE_DIR C_COMPILER [all]
 set -euo pipefail
 nlo=$1 export_model=$2 source=$3 cc=$4
@@ -13,7 +13,7 @@ cd "$work"
 failed=0
 fail() { echo "FAILED  $*" && failed=1; }
 
-# names KIND: the channels of the header, with what stands behind each.
+# names KIND SUFFIX: the channels of the header, each followed by SUFFIX.
 names() { sed -n "s/^enum { \(${name}_$1_.*\) };/\1/p" "$name.h" | sed "s/${name}_$1_//g; s/, */\n/g" | sed "s/\$/$2/"; }
 # fly EXAMPLE SCALAR [FORMAT]: EXAMPLE.json and EXAMPLE.csv
 fly() {
@@ -38,11 +38,11 @@ fly() {
   "$cc" -std=c99 -O0 -Wall -Wextra -Werror -I. "fly_$1.c" "$1.c" -o "fly_$1"
   "./fly_$1" >"$1.csv"
 }
-# same ARGUMENTS: the flight is reproduced.
+# same ARGUMENTS: expects that the flight is reproduced.
 same() {
   "$nlo" replay "$@" >said.txt 2>&1 && grep -q 'the same' said.txt || { cat said.txt && fail "replay $*"; }
 }
-# differs WORDS ARGUMENTS: it is not, and WORDS (a pattern) say where.
+# differs WORDS ARGUMENTS: expects a difference, whose place the pattern WORDS describes.
 differs() {
   local words=$1 status=0
   shift
@@ -51,7 +51,7 @@ differs() {
     cat said.txt && fail "exit $status without \"$words\": replay $*"
   fi
 }
-# refused WORDS ARGUMENTS
+# refused WORDS ARGUMENTS: expects an error that matches the pattern WORDS.
 refused() {
   local words=$1 status=0
   shift
@@ -79,7 +79,7 @@ fly van_der_pol float
 model=van_der_pol.json log=van_der_pol.csv
 head -2 "$log"
 edit() { awk -F, -v OFS=, "$1" "$log" >edited.csv; }
-regular=$(awk -F, 'NR > 90 && $2 == "" && $5 == 0 && ++n == 30 { print NR; exit }' "$log") # in the midst of steps of one period
+regular=$(awk -F, 'NR > 90 && $2 == "" && $5 == 0 && ++n == 30 { print NR; exit }' "$log") # a row among steps of one period
 
 edit "NR == $regular { \$3 = sprintf(\"%.9g\", \$3 * (1 + 3e-7)) } 1"
 differs "edited.csv:$regular: row $((regular - 1)), .* x1_hat was .*, replayed .*: [0-9]+ in the last place; 1 of" "$model" edited.csv
@@ -93,7 +93,8 @@ edit "NR == $regular { \$1 = \$1 + 0.5 } 1"
 differs "edited.csv:($regular|$((regular + 1))): row " "$model" edited.csv
 awk -F, -v OFS=, 'NR == 1 { print "time", $0; next } { print "12:30:00", $0 }' "$log" >edited.csv
 same "$model" edited.csv
-# Numbers of six digits: estimates are compared as the log rounds them; readings are not those of the flight.
+# Numbers with six digits: estimates are compared at the precision of the log, but rounded readings differ from those
+# flown.
 edit 'NR > 1 { $3 = sprintf("%.6g", $3); $4 = sprintf("%.6g", $4) } 1'
 same "$model" edited.csv
 grep -q 'compared as they are rounded' said.txt || fail 'six digits of an estimate: no word of them'
@@ -109,7 +110,7 @@ for line in open(sys.argv[1]):
                    for i, c in enumerate(cells)))
 END
 same "$model" edited.csv
-# Another scalar and another model.
+# Another scalar type and another model must differ.
 for scalar in double int16; do
   fly van_der_pol $scalar
   differs 'van_der_pol.csv:[0-9]+: row' "$model" "$log"
@@ -118,7 +119,7 @@ fly van_der_pol float
 "$export_model" van_der_pol model float van_der_pol other.json 1.5
 differs 'van_der_pol.csv:[0-9]+: row' other.json "$log"
 
-# Input that cannot be replayed.
+# Input that cannot be replayed must be refused.
 refused 'no column "y"' "$model" <(sed 's/^y,/z,/' "$log")
 sed '1s/x1_hat,x2_hat/a,b/' "$log" >edited.csv
 refused 'log the results of estimate\(\), or name the columns' "$model" edited.csv

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files of a run that a report reads: curves of its training, and its control loop.
+// The page of a comparison, and the files that a report reads: curves of a training and the result of a control loop.
 #include "trainer/app/report/pages.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Two conditions and all columns of nlo evaluate --conditions; errors of 1, 2, 3 ... but for the tuned EKF.
+/// Two conditions with all columns of nlo evaluate --conditions; errors are 1, 2, 3 ... except those of the tuned EKF.
 Study sample_comparison() {
   Study study;
   study.experiment = study.plant = "van_der_pol";
@@ -43,7 +43,7 @@ Study sample_comparison() {
   return study;
 }
 
-TEST(ComparePage, HasNamesInWordsAndHeadings) {
+TEST(ComparePage, NamesEstimatorsInWords) {
   const std::string page = compare_page(sample_comparison(), "no-gnuplot-here");
   for (const char* words : {"EKF, tuned", "joint EKF", "moving horizon, tuned", "particle filter", "parameters high"})
     EXPECT_THAT(page, HasSubstr(words));
@@ -55,7 +55,7 @@ TEST(ComparePage, HasNamesInWordsAndHeadings) {
   expect_balanced(page);
 }
 
-TEST(ComparePage, DrawsALineForEachConditionInSixColoursTheObserverInFront) {
+TEST(ComparePage, DrawsALineForEachConditionInSixColoursWithTheObserverInFront) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   const std::string page = compare_page(sample_comparison());
   for (const char* line : {">gaussian weak<", ">parameters high<"}) EXPECT_THAT(page, HasSubstr(line));
@@ -66,7 +66,7 @@ TEST(ComparePage, DrawsALineForEachConditionInSixColoursTheObserverInFront) {
     colours.insert(last = (*found)[1]);
   EXPECT_LE(colours.size(), 6U);
   EXPECT_GE(colours.size(), 5U);
-  EXPECT_EQ(last, "rgb(217, 114,  26)") << "the observer's";
+  EXPECT_EQ(last, "rgb(217, 114,  26)") << "the colour of the observer";
   EXPECT_THAT(page, HasSubstr("error / error of the EKF, tuned"));
 }
 
@@ -80,7 +80,7 @@ TEST(TrainingCurves, ReadBackByHeading) {
   EXPECT_EQ(curves.eigenvalues[0][1], std::complex<double>(-1.5, 2.5));
 }
 
-TEST(TrainingCurves, DamageIsNamedByLine) {
+TEST(TrainingCurves, ErrorsNameTheDamagedLine) {
   const auto message = [](const char* csv) -> std::string {
     return thrown_message([&] { parse_training_curves(csv, "metrics.csv"); });
   };

@@ -22,7 +22,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Contrast of two colours "#rrggbb" by WCAG 2: 1 to 21.
+/// Contrast of two colours "#rrggbb" by WCAG 2, from 1 to 21.
 double contrast(const std::string& a, const std::string& b) {
   const auto luminance = [](const std::string& colour) {
     double sum = 0.0;
@@ -36,7 +36,7 @@ double contrast(const std::string& a, const std::string& b) {
   return (high + 0.05) / (low + 0.05);
 }
 
-/// The colours of the style sheet by name: of light pages, and of dark ones.
+/// Returns the colours of the style sheet by name, for light pages and for dark ones.
 std::array<std::map<std::string, std::string>, 2> page_colours() {
   const std::string page = html_page("", "");
   const auto dark_from = page.find("prefers-color-scheme: dark");
@@ -62,7 +62,7 @@ TEST(Page, TextHasEnoughContrastInLightAndDark) {
   }
 }
 
-/// The commands that draw one panel.
+/// Returns the commands that draw one panel.
 std::string script_of(Panel panel) {
   const ScratchDirectory directory;
   bool written = true;
@@ -71,8 +71,8 @@ std::string script_of(Panel panel) {
   return script;
 }
 
-TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
-  constexpr double kVisible = 3.0;  // WCAG 2, of graphics
+TEST(Figure, HasTenColoursThatAreVisibleOnLightAndDark) {
+  constexpr double kVisible = 3.0;  // WCAG 2, level for graphics
   Panel panel;
   for (int i = 0; i < 11; ++i)
     panel.series.push_back({"", Series::Style::kLine, i, Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 1), {}});
@@ -87,7 +87,7 @@ TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
     for (const auto& colours : page_colours()) EXPECT_GE(contrast(colour, colours.at("ground")), kVisible) << colour;
 }
 
-TEST(Figure, HasNumbersOnALogarithmicAxisWithoutAPowerOfTen) {
+TEST(Figure, LabelsALogarithmicAxisThatContainsNoPowerOfTen) {
   Panel panel;
   panel.log_x = true;
   for (const auto& [low, high, tics] : {std::tuple{1700.0, 6800.0, "(2000, 5000)"},
@@ -101,7 +101,7 @@ TEST(Figure, HasNumbersOnALogarithmicAxisWithoutAPowerOfTen) {
   }
 }
 
-TEST(Figure, MakesRoomForLongNumbersLeftOfItsAxis) {
+TEST(Figure, WidensTheMarginForLongNumbers) {
   Panel panel;
   panel.y_high = 1.0;
   EXPECT_THAT(script_of(panel), HasSubstr("set lmargin 9\n"));
@@ -110,7 +110,7 @@ TEST(Figure, MakesRoomForLongNumbersLeftOfItsAxis) {
   EXPECT_THAT(script_of(panel), HasSubstr("set lmargin 11\n"));
 }
 
-TEST(GnuplotQuoted, LeavesNoWayOut) {
+TEST(GnuplotQuoted, EscapesEveryCharacterThatEndsAString) {
   EXPECT_EQ(gnuplot_quoted("x1 [m]"), "'x1 [m]'");
   EXPECT_EQ(gnuplot_quoted("it's"), "'it''s'");
   EXPECT_EQ(gnuplot_quoted("a\nsystem 'x'\r\x7f"), "'asystem ''x'''");
@@ -127,11 +127,11 @@ TEST(Thinned, KeepsTheFirstAndStaysBelowTheLimit) {
 TEST(ShortPath, IsRelativeInTenthsOfAPixel) {
   EXPECT_EQ(short_path("M81.90,149.36 L941.79,149.36  "), "M81.9,149.4l859.9,0");
   EXPECT_EQ(short_path("M1.00,2.00 L1.50,1.70 L2.00,\n\tM7,8 L9,8"),
-            "M1.00,2.00 L1.50,1.70 L2.00,\n\tM7,8 L9,8");  // damaged
+            "M1.00,2.00 L1.50,1.70 L2.00,\n\tM7,8 L9,8");  // a damaged path
   EXPECT_EQ(short_path("M1.00,2.00 L1.50,1.70\n\tL2.00,3.00 M7,8 L9,8 Z"), "M1,2l.5,-.3 .5,1.3M7,8l2,0Z");
 }
 
-TEST(ShortPath, RoundingDoesNotAddUp) {
+TEST(ShortPath, RoundingErrorsDoNotAccumulate) {
   std::string path = "M0.00,0.00";
   for (int i = 1; i <= 1000; ++i) path += " L" + std::to_string(0.04 * i) + ",0.00";
   const std::string brief = short_path(path);
@@ -141,11 +141,11 @@ TEST(ShortPath, RoundingDoesNotAddUp) {
   EXPECT_NEAR(x, 40.0, 0.05);
 }
 
-TEST(ShortPath, LeavesOtherPathsAlone) {
+TEST(ShortPath, LeavesOtherPathsUnchanged) {
   for (const char* path : {"M-1,0 h2 M0,-1 v2", "", "M1", "m1,2 l3,4", "M1,2 Lx,3"}) EXPECT_EQ(short_path(path), path);
 }
 
-TEST(InlineSvg, DropsGroupsThatHoldNothing) {
+TEST(InlineSvg, DropsEmptyGroups) {
   const std::string svg = inline_svg(
       "<?xml?>\n<svg>\n<g fill=\"none\">\n</g>\n<g id=\"x\">\n\t<path d='M1.00,2.00 L3.00,2.00'/></g>\n"
       "<g a=\"b\"> </g>\n</svg>");
@@ -153,7 +153,7 @@ TEST(InlineSvg, DropsGroupsThatHoldNothing) {
   EXPECT_EQ(inline_svg("no picture"), "");
 }
 
-TEST(InlineSvg, IsAnImageWithALabelInsteadOfGnuplotsNames) {
+TEST(InlineSvg, IsAnImageWithALabelAndWithoutTitlesOfGnuplot) {
   const std::string svg = inline_svg(
       "<svg width=\"1\"><title>Gnuplot</title>\n<g id=\"gnuplot_plot_1a\"><title>gnuplot_plot_1a</title>\n<path/></g>"
       "<g id=\"gnuplot_plot_2a\"><title>truth</title><path/></g></svg>",
@@ -163,7 +163,7 @@ TEST(InlineSvg, IsAnImageWithALabelInsteadOfGnuplotsNames) {
             "<g><title>truth</title><path/></g></svg>");
 }
 
-TEST(StandaloneSvg, StandsOnWhite) {
+TEST(StandaloneSvg, HasAWhiteBackground) {
   const std::string drawn = "<svg>\n<rect x=\"0\" y=\"0\" fill=\"none\"/>\n<g fill=\"none\"></g></svg>";
   EXPECT_THAT(standalone_svg(drawn), HasSubstr("<rect x=\"0\" y=\"0\" fill=\"white\"/>"));
   EXPECT_THAT(standalone_svg(drawn), HasSubstr("<g fill=\"none\">"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checks of every page, and whether plots can be drawn on this machine.
+// Checks that apply to every page, and whether this machine can draw plots.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ inline long occurrences(const std::string& text, const std::string& what) {
   return count;
 }
 
-/// A tree of open tags: every element that must be closed is, in order.
+/// Expects that every element that must be closed is closed, in order.
 inline void expect_balanced(const std::string& html) {
   std::vector<std::string> open;
   static const std::regex kTag(R"(<(/?)([a-zA-Z][a-zA-Z0-9]*)([^<>]*)>)");
@@ -28,15 +28,16 @@ inline void expect_balanced(const std::string& html) {
     if ((*tag)[1].length() == 0) {
       open.push_back(name);
     } else {
-      ASSERT_FALSE(open.empty()) << "</" << name << "> closes nothing";
+      ASSERT_FALSE(open.empty()) << "</" << name << "> closes no element";
       ASSERT_EQ(open.back(), name);
       open.pop_back();
     }
   }
-  EXPECT_TRUE(open.empty()) << "<" << open.back() << "> stays open";
+  EXPECT_TRUE(open.empty()) << "<" << open.back() << "> is never closed";
 }
 
-/// Pictures without a role and a label, headings that do not say what they head, gnuplot's own titles.
+/// Returns the number of pictures without role and label, of table headings without a scope, and of gnuplot's own
+/// titles.
 inline long nameless(const std::string& page) {
   long count = occurrences(page, "gnuplot_plot");
   static const std::regex kPicture(

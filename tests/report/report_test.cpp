@@ -21,7 +21,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int kFewTrajectories = 3;  // enough for every section; the page does not grow with the test set
+constexpr int kFewTrajectories = 3;  // enough for every section; the size of the page does not depend on the test set
 
 const std::string& sample_page() {
   static const std::string page = render_report(test::sample_report(kFewTrajectories));
@@ -29,7 +29,8 @@ const std::string& sample_page() {
 }
 
 TEST(Report, HoldsEverySectionOnce) {
-  for (const char* heading : {"Errors", "Runs of the test set", "In a control loop", "Training", "How this came about"})
+  for (const char* heading :
+       {"Errors", "Runs of the test set", "In a control loop", "Training", "How this model was made"})
     EXPECT_EQ(occurrences(sample_page(), std::string("<h2>") + heading + "</h2>"), 1) << heading;
   EXPECT_THAT(sample_page(), HasSubstr("N(0, 0.5)"));
   EXPECT_THAT(sample_page(), HasSubstr("extended Kalman filter"));
@@ -37,7 +38,8 @@ TEST(Report, HoldsEverySectionOnce) {
 
 TEST(Report, HasAPlotForEachPartOfTheRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
-  // Error over time, the runs, the start of the first, latency, training, eigenvalues over steps, eigenvalue map.
+  // Error over time, the runs, the start of the first run, latency, training, eigenvalues over steps, map of
+  // eigenvalues.
   const auto runs = static_cast<long>(test::sample_report(kFewTrajectories).rows[1].observer().first().examples.size());
   EXPECT_EQ(occurrences(sample_page(), "<svg"), runs + 6);
   EXPECT_THAT(sample_page(), Not(HasSubstr("The plots are missing")));
@@ -46,7 +48,7 @@ TEST(Report, HasAPlotForEachPartOfTheRun) {
 TEST(Report, IsSelfContainedAndBalanced) {
   for (const char* reference : {"<script", "src=", "<link", "@import", "url("})
     EXPECT_THAT(sample_page(), Not(HasSubstr(reference)));
-  // The only addresses are names of XML vocabularies, which nothing fetches.
+  // The only addresses are names of XML vocabularies, which no browser loads.
   EXPECT_EQ(occurrences(sample_page(), "http"), occurrences(sample_page(), "xmlns"));
   expect_balanced(sample_page());
 }
@@ -87,7 +89,7 @@ TEST(Report, SaysSoWhenGnuplotIsMissingOrFails) {
   }
 }
 
-TEST(Report, WarnsBeforeAllElse) {
+TEST(Report, BeginsWithTheWarning) {
   ReportData data = test::sample_report(kFewTrajectories);
   EXPECT_THAT(render_report(data, "false"), Not(HasSubstr("class=\"alarm\"")));
   data.warning = "the training got <nowhere>";
@@ -100,8 +102,7 @@ TEST(Report, WarnsBeforeAllElse) {
 TEST(Report, DrawsTheFirstAndTheWorstRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   ReportData data = test::sample_report(kFewTrajectories);
-  std::vector<EvaluatedRun>& examples =
-      data.rows[1].cells[0].first().examples;  // Gaussian noise: the group that is drawn
+  std::vector<EvaluatedRun>& examples = data.rows[1].cells[0].first().examples;  // the row with Gaussian noise is drawn
   examples.resize(1, {});
   const long alone = occurrences(render_report(data), "<svg");
   examples.push_back(examples[0]);
@@ -122,7 +123,7 @@ TEST(Report, DrawsEveryTestLogOrEightOfThem) {
     data.logs = test::sample_logs(count);
     const std::string page = render_report(data);
     const int drawn = std::min(count, 8);
-    EXPECT_EQ(occurrences(page, "<svg"), drawn + 1) << "each log, and the start of the first";
+    EXPECT_EQ(occurrences(page, "<svg"), drawn + 1) << "each log, and the start of the first log";
     EXPECT_EQ(occurrences(page, "8 of the 11 runs: the first, the best, the worst"), count == 11 ? 1 : 0);
     for (const char* log : {"run_1.csv", "run_11.csv"})  // the first, which is the best, and the worst
       EXPECT_EQ(occurrences(page, std::string("<figcaption>") + log), count == 11 || log == std::string("run_1.csv"));
@@ -152,7 +153,7 @@ TEST(Report, ShowsOnlyAvailableFactsOfLogs) {
   EXPECT_THAT(render_report(data, "false"), HasSubstr("Truth of rate: the slope of a logged column"));
 }
 
-TEST(Report, MentionsAKalmanFilterOnlyIfThereIsOne) {
+TEST(Report, MentionsAKalmanFilterOnlyIfOneWasTested) {
   ReportData data = test::sample_report(kFewTrajectories);
   EXPECT_THAT(error_figure(data.rows).caption, HasSubstr("Dashed: the extended Kalman filter"));  // control
   for (StudyRow& row : data.rows)
@@ -178,7 +179,7 @@ TEST(Report, HasAColumnForSettledErrorsOnlyIfThereAreSome) {
   }
 }
 
-TEST(Report, TellsAlternativesOfOneNoiseApart) {
+TEST(Report, DistinguishesAlternativesUnderTheSameNoise) {
   ReportData data = test::sample_report(kFewTrajectories);
   data.rows.resize(1);
   data.rows[0].cells.push_back(data.rows[0].cells[1]);
@@ -189,14 +190,14 @@ TEST(Report, TellsAlternativesOfOneNoiseApart) {
   EXPECT_EQ(lines[0].colour, lines[1].colour) << "dashed";
 }
 
-TEST(Report, NamesEveryPictureAndHeadsEveryCell) {
+TEST(Report, LabelsEveryPictureAndEveryTableCell) {
   EXPECT_EQ(nameless(sample_page()), 0);
   EXPECT_GT(occurrences(sample_page(), "<th scope=\"row\""), 9);
   EXPECT_EQ(nameless("<thead><th>a</th><svg><svg role=\"img\" aria-label=\"\"><title>gnuplot_plot_1</title>"), 4)
       << "control";
 }
 
-TEST(Report, AddsUpErrorsOfOneUnitOnly) {
+TEST(Report, AddsUpOnlyErrorsOfTheSameUnit) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
   ReportData data = test::sample_report(kFewTrajectories);
   for (StudyRow& row : data.rows)
@@ -204,7 +205,7 @@ TEST(Report, AddsUpErrorsOfOneUnitOnly) {
   EXPECT_EQ(occurrences(render_report(data), "<svg"), occurrences(sample_page(), "<svg") - 1);
 }
 
-TEST(Report, EmptyDataStillMakeAPage) {
+TEST(Report, WritesAPageForEmptyData) {
   ReportData data;
   data.title = "nothing";
   expect_balanced(render_report(data));
@@ -220,7 +221,7 @@ TEST(Report, BalanceCheckFindsAnOpenTag) {  // control
   EXPECT_GT(failures.size(), 0);
 }
 
-TEST(ReportOf, TakesTheFilesOfTheRunDirectory) {
+TEST(ReportOf, ReadsTheFilesOfTheRunDirectory) {
   const ScratchDirectory directory;
   codegen::Model model;
   model.name = "m";
@@ -228,7 +229,7 @@ TEST(ReportOf, TakesTheFilesOfTheRunDirectory) {
   directory.write("metrics.csv", "step,loss\n0,1\n");
   directory.write("control_loop.json", "{}");
   directory.write("model.json", "{}");
-  // A result older than the model is another model's: left out, and not even read.
+  // A result older than the model belongs to another model, so it is left out and not even read.
   std::filesystem::last_write_time(
       directory.path("control_loop.json"),
       std::filesystem::last_write_time(directory.path("model.json")) - std::chrono::hours(1));
@@ -239,7 +240,7 @@ TEST(ReportOf, TakesTheFilesOfTheRunDirectory) {
 
 TEST(SampleReport, WriteForViewing) {
   const char* path = std::getenv("NLO_SAMPLE_REPORT");
-  if (path == nullptr) GTEST_SKIP() << "set NLO_SAMPLE_REPORT=FILE.html to look at the page";
+  if (path == nullptr) GTEST_SKIP() << "set NLO_SAMPLE_REPORT=FILE.html to write the page";
   write_report(test::sample_report(), path);
 }
 

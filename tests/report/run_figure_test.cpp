@@ -41,8 +41,8 @@ TEST(RunFigure, HasTheErrorUnderEachStateOnTheSameTimeAxis) {
   EXPECT_EQ(figure.panels[3].y_label, "error [rad/s]");
 }
 
-TEST(RunFigure, TakesErrorsOfAnglesTheShortWayRound) {
-  // The estimate is a whole turn and at most 0.02 rad off.
+TEST(RunFigure, MeasuresErrorsOfAnglesTheShortWayRound) {
+  // The estimate is wrong by a whole turn plus at most 0.02 rad.
   const Panel error = figure_of(test::sample_logs(1)).panels[1];
   EXPECT_NEAR(largest(error.series.back().y), 0.02, 1e-3);  // peaks fall between samples
 }
@@ -51,13 +51,13 @@ TEST(RunFigure, ErrorIsEstimateMinusTruth) {
   EXPECT_NEAR(figure_of(test::sample_logs(1)).panels[3].series.back().y[0], 200.0, 1e-9);
 }
 
-TEST(RunFigure, AWildStartDoesNotSetTheScaleAndIsSaid) {
+TEST(RunFigure, ALargeInitialErrorDoesNotSetTheScaleAndIsStated) {
   const Figure whole = figure_of(test::sample_logs(1));
   EXPECT_LT(whole.panels[3].y_high, 100.0);
   EXPECT_THAT(whole.panels[3].series.back().title, HasSubstr("largest 200 (beyond the scale)"));
   EXPECT_THAT(whole.panels[2].series.back().title, HasSubstr("beyond the scale"));
   EXPECT_LT(whole.panels[2].y_high, 10.0);
-  // Control: the angle's error has no such start.
+  // Control: the error of the angle has no such start.
   EXPECT_THAT(whole.panels[1].series.back().title, Not(HasSubstr("beyond")));
   EXPECT_GT(whole.panels[1].y_high, largest(whole.panels[1].series.back().y));
 }
@@ -75,7 +75,7 @@ TEST(RunFigure, ShadesMaskedSamplesAndSamplesOutsideOfTheDomain) {
   EXPECT_TRUE(figure_of(logs, 1.0, 12.0).panels[0].bands.empty());
 }
 
-TEST(RunFigure, OneSampleOutsideIsWideEnoughToBeSeen) {
+TEST(RunFigure, ShadesASingleSampleWideEnoughToBeVisible) {
   LogEvaluation logs = test::sample_logs(1);
   logs.examples[0].outside.setZero();
   logs.examples[0].outside[700] = 1.0;
@@ -84,7 +84,7 @@ TEST(RunFigure, OneSampleOutsideIsWideEnoughToBeSeen) {
   EXPECT_GE(bands[1].to - bands[1].from, (14.99 / 960.0));  // a pixel of the figure
 }
 
-TEST(RunFigure, TooShortARunHasNoPanels) {
+TEST(RunFigure, ARunOfOneSampleHasNoPanels) {
   EXPECT_TRUE(figure_of(test::sample_logs(1), 3.001, 3.002).panels.empty());
 }
 
@@ -97,10 +97,10 @@ TEST(RunErrors, AreRootMeanSquaresOfScoredSamplesWithUnits) {
   EXPECT_EQ(run_errors(run, logs.states), "angle 0 rad, rate 0.250 rad/s");
 }
 
-TEST(RunFigure, NamesOutputsThatAreNoStatesAndKeepsTheirPeaks) {
+TEST(RunFigure, NamesOutputsThatAreNotStatesAndKeepsTheirPeaks) {
   LogEvaluation logs = test::sample_logs(1);
   EvaluatedRun& run = logs.examples[0];
-  run.truth.outputs.row(0).setZero();  // no state any more
+  run.truth.outputs.row(0).setZero();  // no output is a state any more
   run.measured.setZero();
   run.measured(0, 701) = 4.0;  // one sample of hundreds
   const Figure figure = figure_of(logs);
@@ -109,7 +109,7 @@ TEST(RunFigure, NamesOutputsThatAreNoStatesAndKeepsTheirPeaks) {
   EXPECT_GT(largest(figure.panels[4].series[0].y), 2.0);
 }
 
-TEST(RunFigure, DrawsInputsByNameWhereTheRunHasThem) {
+TEST(RunFigure, DrawsInputsByNameIfTheRunHasThem) {
   LogEvaluation logs = test::sample_logs(1);
   EvaluatedRun& run = logs.examples[0];
   run.truth.inputs = run.truth.time_s.transpose().array().sin();
@@ -140,10 +140,10 @@ TEST(RunFigure, ExplainsTheShadingOnce) {
   EXPECT_THAT(said, testing::ElementsAre("not scored", "outside of the training domain"));
 }
 
-TEST(RunPicture, HasStatesAndErrorsAloneAndNamesTheRun) {
+TEST(RunPicture, HasOnlyStatesAndErrorsAndNamesTheRun) {
   LogEvaluation logs = test::sample_logs(1);
   EvaluatedRun& run = logs.examples[0];
-  run.truth.outputs.row(0).setZero();  // no state any more: the control is the test above
+  run.truth.outputs.row(0).setZero();  // no output is a state any more; control: the test above
   const auto label = [&] { return run_picture(run, logs.states, logs.outputs).panels.back().x_label; };
   EXPECT_EQ(run_picture(run, logs.states, logs.outputs).panels.size(), 4U);
   EXPECT_THAT(label(), HasSubstr(run.truth.source + ": RMSE " + run_errors(run, logs.states)));
@@ -152,7 +152,7 @@ TEST(RunPicture, HasStatesAndErrorsAloneAndNamesTheRun) {
   EXPECT_THAT(label(), HasSubstr("; all in the training domain"));
 }
 
-/// The plot that lines are drawn in [pixels]; their x and y go from 0 to 1 and from -1 to 1.
+/// Scale of the plot in which lines are drawn [pixels]; x runs from 0 to 1, y from -1 to 1.
 constexpr PixelScale kPlot{860.0, 60.0};
 
 double distance_to_segment(Eigen::Vector2d p, Eigen::Vector2d a, Eigen::Vector2d b) {
@@ -162,13 +162,13 @@ double distance_to_segment(Eigen::Vector2d p, Eigen::Vector2d a, Eigen::Vector2d
   return (p - a - part * along).norm();
 }
 
-/// Largest distance of a point of (x, y) from the line [pixels]; both without gaps.
+/// Returns the largest distance of the points (x, y) from the line [pixels]; neither may have gaps.
 double farthest(const VectorXd& x, const VectorXd& y, const Line& line) {
   const auto pixel = [](double px, double py) { return Eigen::Vector2d(px * kPlot.x, py * kPlot.y); };
   double most = 0.0;
   for (Index k = 0; k < x.size(); ++k) {
     double least = 1e9;
-    // Segments three pixels and more to the side are no nearer than that.
+    // Segments that are three pixels or more to the side are not nearer than that.
     const auto begin = std::lower_bound(line.x.begin(), line.x.end(), x[k] - 3.0 / kPlot.x) - line.x.begin();
     for (Index i = std::max<Index>(begin, 1); i < line.x.size(); ++i) {
       if (line.x[i - 1] > x[k] + 3.0 / kPlot.x) break;
@@ -180,7 +180,7 @@ double farthest(const VectorXd& x, const VectorXd& y, const Line& line) {
   return most;
 }
 
-/// A slow wave with noise and rare spikes; uneven steps.
+/// A slow wave with noise and rare spikes, at uneven steps.
 std::pair<VectorXd, VectorXd> wild(Index samples, double noise, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -194,7 +194,7 @@ std::pair<VectorXd, VectorXd> wild(Index samples, double noise, unsigned seed) {
   return {x, y};
 }
 
-TEST(ThinnedLine, NoPointIsAPixelFromTheDrawnLineAndNoOtherIsDrawn) {
+TEST(ThinnedLine, StaysWithinAPixelOfEveryPointAndDrawsNoOtherPoints) {
   for (const Index samples : {3L, 100L, 1000L, 7000L, 40'000L}) {
     for (const double noise : {0.0, 0.01, 0.3}) {
       SCOPED_TRACE(testing::Message() << samples << " samples, noise " << noise);
@@ -211,7 +211,7 @@ TEST(ThinnedLine, NoPointIsAPixelFromTheDrawnLineAndNoOtherIsDrawn) {
   }
 }
 
-TEST(ThinnedLine, TheDistanceSeesALineThatLosesPeaks) {  // the control of the test above
+TEST(ThinnedLine, TheDistanceDetectsALineThatLosesPeaks) {  // the control of the test above
   const auto [x, y] = wild(7000, 0.01, 7);
   Line sparse;
   sparse.x = x(Eigen::seqN(0, 700, 10));
@@ -219,9 +219,9 @@ TEST(ThinnedLine, TheDistanceSeesALineThatLosesPeaks) {  // the control of the t
   EXPECT_GT(farthest(x, y, sparse), 5.0);
 }
 
-TEST(ThinnedLine, HasTheSizeOfThePictureForAnyLengthOfTheLog) {
+TEST(ThinnedLine, HasAboutAsManyPointsForAnyLengthOfTheLog) {
   const auto [x, smooth] = wild(100'000, 0.0, 1);
-  EXPECT_LT(thinned_line(x, smooth, kPlot).x.size(), 1000);  // a hundred spikes and some waves
+  EXPECT_LT(thinned_line(x, smooth, kPlot).x.size(), 1000);  // points for a hundred spikes and a few waves
   const auto [t, noisy] = wild(100'000, 0.3, 1);
   EXPECT_LE(thinned_line(t, noisy, kPlot).x.size(), 2 * 2 * 860 + 2);
 }
@@ -239,7 +239,7 @@ TEST(ThinnedLine, KeepsEveryPeakAndEveryGap) {
   EXPECT_EQ(line.y.array().isNaN().count(), 1);
 }
 
-TEST(ThinnedLine, TakesLinesOfNoExtent) {
+TEST(ThinnedLine, AcceptsLinesOfOnePointOrWithoutExtent) {
   EXPECT_EQ(thinned_line(VectorXd(), VectorXd(), kPlot).y.size(), 0);
   EXPECT_EQ(thinned_line(VectorXd::Zero(1), VectorXd::Ones(1), kPlot).y.size(), 1);
   EXPECT_EQ(thinned_line(VectorXd::LinSpaced(500, 0.0, 1.0), VectorXd::Ones(500), kPlot).y.size(), 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A report with every section, from made-up but plausible data: what the tests render.
+// A report with all sections, from made-up but plausible data, which the tests render.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace nlo::trainer::test {
 
-/// Truth plus a decaying and a lasting error: looks like an observer without training one.
+/// Truth plus a decaying and a lasting error: behaves like an observer without training one.
 inline EstimatorFactory pretended_observer(double lasting) {
   return [lasting]() -> Estimator {
     return [lasting](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd& time_s) {
@@ -62,9 +62,9 @@ inline ControlLoopResult sample_loop() {
   return loop;
 }
 
-/// Logs of a pendulum that turns. Its angle is measured. Angle and rate are estimated with a bad start and a lasting
-/// error that grows from log to log. A tenth of each log is masked at its end, and z is outside of its domain at the
-/// start.
+/// Logs of a pendulum that makes full turns and whose angle is measured. The estimates of angle and rate have a large
+/// initial error and a lasting error that grows from log to log. The last tenth of each log is masked, and z starts
+/// outside of its domain.
 inline LogEvaluation sample_logs(int count) {
   constexpr Eigen::Index kSamples = 1500;
   constexpr double kTurn = 2.0 * std::numbers::pi;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of HyperKKL: its random draws, its published errors, and the comparison.
+// The HyperKKL benchmark: its random inputs, its published errors, and the comparison with them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST(HyperKkl, InputsAreDrawnWithinTheDeclaredRanges) {
   EXPECT_EQ(std::abs(other(3.0)), 2.0);
 }
 
-TEST(HyperKkl, InputsAreTheirFunctionsOfTime) {
+TEST(HyperKkl, InputsEqualTheirFormulas) {
   const DrivenInput zero{InputSignal::kZero, 1.0, 1.0}, constant{InputSignal::kConstant, -0.4};
   const DrivenInput sine{InputSignal::kSine, 0.5, 2.0, 0.3}, square{InputSignal::kSquare, 0.5, 2.0};
   for (const double t : {0.0, 0.4, 1.7, 20.0}) {
@@ -95,7 +95,7 @@ TEST(HyperKkl, ExperimentsTrainOnTheBenchmarksInputs) {
   }
 }
 
-TEST(Contest, IsAheadWhenTheWorstSeedIs) {
+TEST(Contest, IsAheadOnlyIfTheWorstSeedIs) {
   const Contender ahead{"a", "x", 5.0, {4.0, 4.9}, {1.0, 2.0}}, behind{"b", "x, y", 5.0, {4.0, 5.1}, {1.0, 2.0}};
   const Contender beside{"c", "x", {}, {1.0, 2.0}, {1.0, 2.0}};
   EXPECT_TRUE(is_ahead(ahead, ahead.components));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The paper-like reading: plant and latent system by one RK4 with a noise draw per stage.
+// The paper-like metric: plant and latent system are integrated together by RK4, with a draw of noise in each stage.
 #include "trainer/reproduce/paper_noise.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ SimulationConfig simulation(double h, double horizon_s) {
   return config;
 }
 
-/// Error of z at 4 s against the closed form: y = cos t gives z = (lambda (e^(lambda t) - cos t) + sin t)/(1 +
+/// Error of z at 4 s against the closed form: y = cos t gives z = (lambda (e^(lambda t) - cos t) + sin t) / (1 +
 /// lambda^2).
 double latent_error(double h) {
   constexpr double kEnd = 4.0;
@@ -68,7 +68,7 @@ TEST(StageNoise, WithoutNoiseTheLatentStateConvergesAtFourthOrder) {
   EXPECT_LT(ratio, 19.0);
 }
 
-TEST(StageNoise, WithoutNoiseTheErrorEqualsTheStrictTests) {
+TEST(StageNoise, WithoutNoiseTheErrorEqualsThatOfTheStrictMetric) {
   const double h = 0.01;
   const Eigen::Matrix2d initial = Eigen::Vector2d(1.0, -0.5).asDiagonal();
   const Dataset clean = simulate_from(*make_plant(oscillator()), simulation(h, 10.0), initial);
@@ -78,7 +78,7 @@ TEST(StageNoise, WithoutNoiseTheErrorEqualsTheStrictTests) {
   EXPECT_NEAR(joint.norm, strict.norm, h * h);  // a first-order hold of y is of second order in h
 }
 
-/// Variance of z in steady state when the plant stands still at y = 0.
+/// Variance of z in steady state, for a plant at rest with y = 0.
 double latent_variance(const NoiseConfig& noise) {
   const Eigen::Index runs = 50;
   const JointRun run = integrate_with_stage_noise(one_latent(0.02), *make_plant(oscillator()), simulation(0.02, 100.0),
@@ -93,20 +93,21 @@ double latent_variance(const NoiseConfig& noise) {
 }
 
 TEST(StageNoise, IsAveragedOverTheStagesOfAStep) {
-  // z+ = R z + (h / 6) sum c_i v_i with q = lambda h: the stages of RK4 on a linear equation, written out.
+  // z+ = R z + (h / 6) sum c_i v_i with q = lambda h: the RK4 stages of a linear equation, expanded.
   const double h = 0.02, q = kLambda * h, sigma = 0.5;
   const double growth = 1.0 + q + q * q / 2.0 + q * q * q / 6.0 + q * q * q * q / 24.0;
   const double c[] = {1.0 + q + q * q / 2.0 + q * q * q / 4.0, 2.0 + q + q * q / 2.0, 2.0 + q, 1.0};
   double power = 0.0;
   for (const double each : c) power += each * each;
   const double expected = sigma * sigma * (h / 6.0) * (h / 6.0) * power / (1.0 - growth * growth);
-  // 50 runs of 95 s with a correlation time of 1/2 s: some 9,500 independent samples, deviation 1.5 % of the variance.
+  // 50 runs of 95 s with a correlation time of 1/2 s: about 9,500 independent samples, so the variance is known to 1.5
+  // %.
   EXPECT_NEAR(latent_variance({NoiseKind::kGaussian, sigma}) / expected, 1.0, 0.05);
-  // A draw held over the step would give 36/10 of that: the control of this test.
+  // Control: one draw held over the step would have a variance 36/10 as large.
   EXPECT_GT(sigma * sigma * h * h / (1.0 - growth * growth) / expected, 3.0);
 }
 
-TEST(StageNoise, TheSameBytesForAnyNumberOfThreads) {
+TEST(StageNoise, GivesTheSameBytesForAnyNumberOfThreads) {
   Eigen::MatrixXd initial(2, 45);  // more than two chunks
   for (Eigen::Index i = 0; i < initial.cols(); ++i) initial.col(i) << 0.02 * static_cast<double>(i), 1.0;
   const auto norm = [&](int threads) {

@@ -28,7 +28,7 @@ std::string refusal(const std::string& what) {
   return thrown_message([&] { select_items(what); });
 }
 
-TEST(Registry, CoversThePapersTablesAndFigures) {
+TEST(Registry, CoversTheTablesAndFiguresOfThePaper) {
   std::set<std::string> labels;
   for (const Item& item : items()) labels.emplace(item.label);
   for (const char* label : {"luen-like", "vanderpol-rmse", "vanderpol-rmse-add", "vanderpol-compare",
@@ -40,7 +40,7 @@ TEST(Registry, CoversThePapersTablesAndFigures) {
 TEST(Registry, EveryItemIsComplete) {
   std::set<std::string> names;
   for (const Item& item : items()) {
-    EXPECT_TRUE(names.emplace(item.name).second) << item.name << " is there twice";
+    EXPECT_TRUE(names.emplace(item.name).second) << item.name << " is listed twice";
     EXPECT_FALSE(item.title.empty() || item.label.empty() || item.paper_reports.empty()) << item.name;
     EXPECT_TRUE(item.example.starts_with("example") || item.example == "exams") << item.name;
     EXPECT_NE(item.analyse, nullptr) << item.name;
@@ -61,11 +61,11 @@ TEST(Registry, TrainsEveryExperimentThatTheProgramCarries) {
   }
 }
 
-TEST(ExperimentsOfThePaper, AreCompleteAndStayInTheRangeOfTheirStarts) {
+TEST(ExperimentsOfThePaper, AreCompleteAndStayInTheRangeOfTheirInitialStates) {
   for (const ShippedExperiment& shipped : experiment_texts()) {
     const std::string file = std::string(shipped.name) + ".toml";
     const DraftExperiment draft = parse_draft(shipped.text, file);
-    if (draft.experiment.log) continue;  // a recipe may derive the rest from its logs
+    if (draft.experiment.log) continue;  // the recipe derives the rest from the logs
     EXPECT_TRUE(draft.complete) << file;
     const Experiment e = parse_experiment(shipped.text, file);
     const auto plant = make_plant(*e.plant);
@@ -75,7 +75,7 @@ TEST(ExperimentsOfThePaper, AreCompleteAndStayInTheRangeOfTheirStarts) {
   }
 }
 
-TEST(Registry, SelectsByNameExampleOrAll) {
+TEST(Registry, SelectsItemsByNameByExampleOrAll) {
   EXPECT_EQ(select_items("all").size(), items().size());
   ASSERT_EQ(select_items("table1").size(), 1U);
   EXPECT_EQ(select_items("table1").front()->name, "table1");
@@ -88,13 +88,14 @@ TEST(Registry, AnUnknownItemNamesTheNearest) {
   EXPECT_THAT(refusal("qqqq"), AllOf(HasSubstr("there are: all"), HasSubstr("table2")));
 }
 
-TEST(Jobs, EachExperimentAndSeedIsTrainedOnceWhoeverSharesIt) {
+TEST(Jobs, EachExperimentAndSeedIsTrainedOnceForAllItems) {
   std::set<std::pair<std::string, int>> planned;
   std::set<std::uint64_t> hashes;
   const auto all = select_items("all");
   for (const PlannedTraining& job : plan_trainings(all, kFullSize, 2)) {
-    EXPECT_TRUE(planned.emplace(job.experiment, job.seed).second) << job.experiment << " twice";
-    EXPECT_TRUE(hashes.insert(run_identity(job.draft.experiment)).second) << job.experiment << ": hash of another job";
+    EXPECT_TRUE(planned.emplace(job.experiment, job.seed).second) << job.experiment << " is planned twice";
+    EXPECT_TRUE(hashes.insert(run_identity(job.draft.experiment)).second)
+        << job.experiment << ": its hash is that of another job";
   }
   for (const Item* item : all)
     for (const auto name : item->experiments)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `nlo reproduce` end to end on its smallest item: the cache, interruption, the page.
-// Numbers beside the paper's: statistics, marks, CSV.
+// `nlo reproduce` end to end on its smallest item: cache, interruption, page. Comparison with the paper's numbers:
+// statistics, marks, CSV.
 #include "trainer/reproduce/run.h"
 
 #include <fmt/format.h>
@@ -72,7 +72,7 @@ TEST_F(Reproduction, ASecondRunTrainsNothingAndGivesTheSameBytes) {
   EXPECT_EQ(codegen::read_file(request.directory + "/reproduction.html"), page);
 }
 
-TEST_F(Reproduction, ADrivenObserverIsJudgedWithoutItsInputToo) {
+TEST_F(Reproduction, ADrivenObserverIsAlsoTestedWithoutItsInput) {
   Request request = tiny();
   request.what = "figure-duff-exc";
   request.size.steps = 0.005;
@@ -81,7 +81,7 @@ TEST_F(Reproduction, ADrivenObserverIsJudgedWithoutItsInputToo) {
   EXPECT_EQ(result.sections.front().second.tables.front().rows.size(), 2U);
 }
 
-TEST_F(Reproduction, ABenchmarkOfOthersHasATableForEachTestAndNumbersForALedger) {
+TEST_F(Reproduction, APublishedBenchmarkHasATableForEachTestAndNumbersForTheLedger) {
   Request request = tiny();
   request.what = "hyperkkl";
   request.size.steps = 0.0005;
@@ -97,9 +97,9 @@ TEST_F(Reproduction, ABenchmarkOfOthersHasATableForEachTestAndNumbersForALedger)
   EXPECT_THAT(codegen::read_file(request.directory + "/reproduction.html"), HasSubstr("FitzHugh-Nagumo, square"));
 }
 
-TEST_F(Reproduction, AnExamsMeasurementHasItsNoiseAndATunedFilterKeepsAChaoticPlant) {
-  constexpr double kDrawsDb = 0.3;       // 9,000 squares have 1.5 % of standard error: .07 dB
-  constexpr double kFilteredDb = -15.0;  // -17.7 dB over 50 runs; one that loses the plant has more than 0
+TEST_F(Reproduction, LorenzMeasurementsHaveTheStatedNoiseAndATunedFilterFollowsThePlant) {
+  constexpr double kDrawsDb = 0.3;       // standard error of 9,000 squares: 1.5 %, which is .07 dB
+  constexpr double kFilteredDb = -15.0;  // measured: -17.7 dB over 50 runs; a filter that diverges has more than 0
   Request request = tiny();
   request.what = "lorenz";
   request.size.steps = 0.0005;
@@ -116,7 +116,7 @@ TEST_F(Reproduction, AnExamsMeasurementHasItsNoiseAndATunedFilterKeepsAChaoticPl
               HasSubstr("\"Lorenz, decimated\",\"EKF, tuned\",MSE [dB],test,figure,,"));
 }
 
-TEST_F(Reproduction, AnExamOnLogsThatAreNotHereIsRefusedWithTheOptionThatNamesThem) {
+TEST_F(Reproduction, AnExamWithoutItsLogsIsRefusedAndTheErrorNamesTheOption) {
   Request request = tiny();
   request.what = "charge";
   EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("name the folder that holds battery/ by --data"));
@@ -125,7 +125,7 @@ TEST_F(Reproduction, AnExamOnLogsThatAreNotHereIsRefusedWithTheOptionThatNamesTh
   EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("there is no " + request.data + "/battery"));
 }
 
-/// Logs of y' = 40 (u - y) with an input of two tones, sampled as the Silverbox is. Returns the text of one.
+/// Returns the text of a log of y' = 40 (u - y) with an input of two tones, at the sample rate of the Silverbox.
 std::string two_tones(int samples, double phase, double first_y) {
   constexpr double kPeriodS = 0.00163840419, kRate = 40.0;
   constexpr int kStart = 50;  // samples whose truth is `first_y`
@@ -139,9 +139,9 @@ std::string two_tones(int samples, double phase, double first_y) {
   return text;
 }
 
-TEST_F(Reproduction, SilverboxIsDerivedFromItsLogsAndNotJudgedInItsFirstFiftySamples) {
-  constexpr double kNever = 100.0;        // V: 50 of them would add 35 V to the error of 400 samples
-  constexpr double kDeviationMv = 500.0;  // deviation of y, whose two tones have amplitudes of 0.4 and 0.7 V
+TEST_F(Reproduction, SilverboxIsDerivedFromItsLogsAndItsFirstFiftySamplesAreNotScored) {
+  constexpr double kNever = 100.0;        // V; 50 samples with this error would add 35 V to the error of 400 samples
+  constexpr double kDeviationMv = 500.0;  // standard deviation of y, whose two tones have amplitudes of 0.4 and 0.7 V
   for (int i = 0; i < 4; ++i)
     scratch_.write(fmt::format("logs/silverbox/train_{}.csv", i), two_tones(400, 1.0 + i, 0.0));
   for (const char* test : {"multisine", "arrow", "arrow_noextrap"})
@@ -160,7 +160,7 @@ TEST_F(Reproduction, SilverboxIsDerivedFromItsLogsAndNotJudgedInItsFirstFiftySam
   EXPECT_THAT(codegen::read_file(request.directory + "/reproduction.html"), HasSubstr("Gaussian process NARX"));
 }
 
-TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {
+TEST_F(Reproduction, TrainsAgainForAnotherConfigOrSeed) {
   Request request = tiny();
   run(request);
   request.size.steps *= 2.0;
@@ -185,7 +185,7 @@ TEST_F(Reproduction, AnInterruptedRunKeepsFinishedTrainingsAndReachesTheSameByte
   request.seeds = 2;
   std::atomic<bool> stop{false};
   request.stop = &stop;
-  // Ctrl-C as soon as the first of the two models lies in the cache.
+  // Ctrl-C when the first of the two models is in the cache.
   std::thread interrupter([&] {
     while (!fs::exists(model_file(request, 1)) && !fs::exists(model_file(request, 2)))
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -245,7 +245,7 @@ TEST(Spread, IsMeanAndPopulationDeviation) {
   EXPECT_TRUE(std::isnan(spread({}).mean));
 }
 
-TEST(Cell, IsMarkedBeyondThirtyFivePercentInThePaperLikeReading) {
+TEST(Cell, IsMarkedIfItDiffersByMoreThanThirtyFivePercentInThePaperLikeMetric) {
   const double inside = 1.34, outside = 1.36;
   EXPECT_FALSE(is_outside({1.0, {5.0}, {inside}}));
   EXPECT_TRUE(is_outside({1.0, {1.0}, {outside}}));
@@ -269,7 +269,7 @@ TEST(NumbersCsv, HasALinePerCellAndReading) {
   EXPECT_EQ(numbers_csv({}), "");
 }
 
-TEST(ColumnsCsv, WritesColumnsSideBySide) {
+TEST(ColumnsCsv, WritesEachSeriesAsAColumn) {
   const Eigen::VectorXd time = Eigen::Vector2d(0.0, 0.5), x = Eigen::Vector2d(-1.0, 0.1);
   EXPECT_EQ(columns_csv({{"time_s", time}, {"x1", x}}), "time_s,x1\n0,-1\n0.5,0.1\n");
 }

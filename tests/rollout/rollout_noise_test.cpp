@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The noise in training: each sensor has its own, and that of an angle is added to the angle.
+// The noise in training: each sensor has its own; noise of an angle is added to the angle, not to its sine and cosine.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// A latent system that keeps nothing: only the outputs are looked at.
+/// A latent system without a state: the tests read only the outputs.
 class NoLatent final : public LatentDynamics {
  public:
   NoLatent() : LatentDynamics(1) {}
@@ -22,9 +22,9 @@ class NoLatent final : public LatentDynamics {
   void backward(SegmentGroup&, int) override {}
 };
 
-constexpr int kRuns = 16, kSamples = 401;  // an odd number: normal numbers come in pairs
+constexpr int kRuns = 16, kSamples = 401;  // odd, because normal numbers are drawn in pairs
 
-/// Outputs a, an angle of 0.5 rad as sine and cosine, b; a and b are 0.
+/// Outputs: a = 0, an angle of 0.5 rad (as sine and cosine if encoded), b = 0.
 Dataset still(bool encoded) {
   Dataset data;
   data.outputs = encoded ? std::vector<Channel>{{"a", "", 0.0}, {"q_sin", "", 0.0}, {"q_cos", "", 0.0}, {"b", "", 0.0}}
@@ -47,7 +47,7 @@ Dataset still(bool encoded) {
   return data;
 }
 
-/// All samples of each output, n_y x (runs * samples).
+/// Returns all samples of each output: n_y x (runs * samples).
 Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
   const TrainingData data(dataset);
   Rollout rollout(data);
@@ -64,7 +64,7 @@ Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
   return all;
 }
 
-// Standard error of a deviation from 6,416 draws: 0.9 %; four of them.
+// Four standard errors of a deviation from 6,416 draws, each 0.9 %.
 constexpr double kDeviationTolerance = 0.036;
 
 TEST(RolloutNoise, IsIndependentForEachSensor) {
@@ -80,7 +80,7 @@ TEST(RolloutNoise, HasTailsOutliersBiasesAndSteps) {
   const Eigen::MatrixXd y =
       noisy(still(false), parse_noise("student:0.5:2,none+outliers:0.2:6,none+bias:0.4+quantised:0.1"));
   const auto share = [&](const auto& row) { return row.template cast<double>().mean(); };
-  // 6,416 draws: three standard errors are .019 and .015; of the bias 16 runs.
+  // 6,416 draws: three standard errors are .019 and .015; the bias has only 16 draws, one for each run.
   EXPECT_NEAR(share((y.row(0).array().abs() < 0.5)), 1.0 / std::sqrt(3.0), 0.019);
   EXPECT_NEAR(share((y.row(1).array() != 0.0)), 0.2, 0.015);
   EXPECT_LE(y.row(1).cwiseAbs().maxCoeff(), 6.0);
@@ -89,7 +89,7 @@ TEST(RolloutNoise, HasTailsOutliersBiasesAndSteps) {
   EXPECT_LE(y.row(2).cwiseAbs().maxCoeff(), 0.4 + 1e-6);
 }
 
-TEST(RolloutNoise, GroupsOfTrajectoriesTakeTurnsWithAMixture) {
+TEST(RolloutNoise, AMixtureAlternatesBetweenGroupsOfTrajectories) {
   const TrainingData data(still(false));
   Rollout rollout(data);
   NoLatent latent;
@@ -108,25 +108,26 @@ TEST(RolloutNoise, GroupsOfTrajectoriesTakeTurnsWithAMixture) {
   }
 }
 
-TEST(RolloutNoise, OutliersAreClampedAsInFlight) {
+TEST(RolloutNoise, ClampsOutliersAsInFlight) {
   Dataset data = still(false);
   for (Trajectory& run : data.trajectories) run.outputs.row(0).setLinSpaced(-1.0, 3.0);
   const Eigen::MatrixXd tails = noisy(data, parse_noise("student:2:1,none,none"));
-  EXPECT_EQ(tails.row(0).minCoeff(), -17.0);  // the range of the data, as much on either side, six scales
+  EXPECT_EQ(tails.row(0).minCoeff(),
+            -17.0);  // the range of the data, extended on each side by its width and by six scales
   EXPECT_EQ(tails.row(0).maxCoeff(), 19.0);
   const Eigen::MatrixXd outliers = noisy(data, parse_noise("none+outliers:0.1:50,none,none"));
   EXPECT_EQ(outliers.row(0).maxCoeff(), 7.0);
   EXPECT_GT(noisy(data, parse_noise("gaussian:4,none,none")).row(0).maxCoeff(), 9.0) << "control: no tails";
-  // Mirror images run from -3 to 1.
+  // Mirror images range from -3 to 1.
   EXPECT_EQ(noisy(testing::mirrored(data), parse_noise("student:2:1,none,none")).row(0).minCoeff(), -21.0);
 }
 
-TEST(RolloutNoise, OneForAllIsTheSameForEach) {
+TEST(RolloutNoise, OneNoiseForAllEqualsTheSameNoiseForEach) {
   EXPECT_EQ(noisy(still(false), parse_noise("gaussian:0.5")),
             noisy(still(false), parse_noise("gaussian:0.5,gaussian:0.5,gaussian:0.5")));
 }
 
-TEST(RolloutNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
+TEST(RolloutNoise, IsAddedToTheAngleNotToItsSine) {
   constexpr double kFloat = 1e-6;
   const Eigen::MatrixXd y = noisy(still(true), parse_noise("none,gaussian:0.3,uniform:2"));
   EXPECT_TRUE((y.row(0).array() == 0.0).all());
@@ -135,7 +136,7 @@ TEST(RolloutNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
   for (Eigen::Index k = 0; k < y.cols(); ++k) error(k) = std::atan2(y(1, k), y(2, k)) - 0.5;
   EXPECT_NEAR(std::sqrt(error.square().mean()), 0.3, 0.3 * kDeviationTolerance);
   EXPECT_NEAR(error.mean(), 0.0, 4.0 * 0.3 / std::sqrt(static_cast<double>(y.cols())));
-  EXPECT_GT(y.row(3).cwiseAbs().maxCoeff(), 1.5) << "the sensor after the angle is the third";
+  EXPECT_GT(y.row(3).cwiseAbs().maxCoeff(), 1.5) << "the third sensor follows the angle";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// One log of 5,000 samples whose clock jitters by 0.2 %, with a missing sample now and then.
+/// One log of 5,000 samples whose clock jitters by 0.2 %, with some missing samples.
 Dataset jittering_log() {
   constexpr int kSamples = 5000;
   std::mt19937 engine(5);
@@ -42,9 +42,9 @@ Dataset jittering_log() {
 TEST(TrainingData, KeepsEachDistinctStepOnce) {
   const Dataset dataset = jittering_log();
   const TrainingData data(dataset);
-  // +-1 % in grains of 1/16384, around one period and around two.
+  // Jitter of +-1 % in grains of 1/16384, around one period and around two.
   EXPECT_LE(data.steps_s.size(), 2U * 329U);
-  EXPECT_GT(data.steps_s.size(), 100U);  // control: they do jitter
+  EXPECT_GT(data.steps_s.size(), 100U);  // control: the steps do jitter
   const Eigen::VectorXd& time_s = dataset.trajectories[0].time_s;
   double end_s = 0.0;
   for (int k = 0; k + 1 < data.runs[0].samples; ++k) {
@@ -52,7 +52,7 @@ TEST(TrainingData, KeepsEachDistinctStepOnce) {
     ASSERT_NEAR(step_s, time_s[k + 1] - time_s[k], 1.001 * 0.004 / 32768) << k;  // half a grain
     end_s += step_s;
   }
-  EXPECT_NEAR(end_s, time_s[time_s.size() - 1], 0.004);  // 5,000 roundings are noise, not a drift
+  EXPECT_NEAR(end_s, time_s[time_s.size() - 1], 0.004);  // 5,000 rounding errors do not add up to a drift
 }
 
 TEST(TrainingData, HasOneStepWhenSamplingIsUniform) {
@@ -83,7 +83,7 @@ TEST(TrainingData, RollsALongRunOutInEightPiecesThatCoverItOnce) {
   }
 }
 
-/// z = y: all that a roll-out gathers can be read from it.
+/// z = y: a test reads from z everything that a roll-out gathers.
 class Identity final : public LatentDynamics {
  public:
   using LatentDynamics::LatentDynamics;
@@ -92,7 +92,7 @@ class Identity final : public LatentDynamics {
   void backward(SegmentGroup&, int) override {}
 };
 
-TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
+TEST(Rollout, ChangesTheSignOfOddChannelsInAMirroredSegment) {
   Dataset dataset = jittering_log();
   dataset.outputs.push_back({"even", "", 0.0});
   dataset.states.push_back({"even", "", 0.0});
@@ -118,7 +118,7 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   }
 }
 
-/// z of all samples of the segments: rows x (groups, lanes, samples).
+/// z of all samples of the segments.
 using Latents = std::map<std::array<int, 3>, std::vector<float>>;  // z by group, time and lane
 
 void keep_latents(int index, int first, const SegmentGroup& piece, int rows, Latents& all) {
@@ -131,7 +131,7 @@ void keep_latents(int index, int first, const SegmentGroup& piece, int rows, Lat
       }
 }
 
-TEST(Rollout, InPiecesHasTheBitsOfAWholeOne) {
+TEST(Rollout, InPiecesHasTheBitsOfTheWhole) {
   Dataset dataset = jittering_log();
   Trajectory& run = dataset.trajectories[0];
   run.outputs = run.states = Eigen::MatrixXd::Random(1, run.samples());
@@ -166,11 +166,11 @@ TEST(Rollout, InPiecesHasTheBitsOfAWholeOne) {
                          });
     EXPECT_EQ(longest, 64);
     EXPECT_EQ(found, expected);
-    EXPECT_GT(expected.size(), 10000U);  // control: there is something to compare
+    EXPECT_GT(expected.size(), 10000U);  // control: there are values to compare
   }
 }
 
-TEST(Rollout, InPiecesKeepsAGroupWholeWhoseDynamicsCannotContinue) {
+TEST(Rollout, DoesNotSplitAGroupWhoseDynamicsCannotContinue) {
   const TrainingData data(jittering_log());
   Rollout rollout(data);
   Identity dynamics(1);
@@ -190,7 +190,7 @@ Dataset mirrored_log() {
   return testing::mirrored(dataset, {"b"});
 }
 
-/// The readings of a segment with this noise, and those of its mirror image.
+/// Returns the readings of a segment with this noise, and those of its mirror image.
 std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const Dataset& dataset, const std::string& noise) {
   const TrainingData data(dataset);
   Rollout rollout(data);
@@ -215,7 +215,7 @@ TEST(Rollout, AddsTheSensorsNoiseToAMirroredSegment) {
   const Eigen::MatrixXf noisy = with_image(dataset, "gaussian:0.3,none").second,
                         clean = with_image(dataset, "none").second;
   EXPECT_GT((noisy.row(0) - clean.row(0)).cwiseAbs().maxCoeff(), 0.1F);
-  EXPECT_EQ(noisy.row(1), clean.row(1)) << "the second sensor has none";
+  EXPECT_EQ(noisy.row(1), clean.row(1)) << "the second sensor has no noise";
 }
 
 TEST(Rollout, DelaysTheReadingsOfAMirroredSegment) {
@@ -258,24 +258,25 @@ TEST(Rollout, ComputesOutputsFromNoisyReadings) {
     }
 }
 
-TEST(Rollout, AComputedOutputIsMissingWhereASensorIsThatItIsComputedOf) {
+TEST(Rollout, AComputedOutputIsMissingIfOneOfItsSensorsIs) {
   const codegen::SensorFailures failures{.outputs = {1, 2}, .rest = Eigen::Vector2d(0.5, -0.25), .staleness_s = 1e9};
   const TrainingData data(log_with_a_product(), failures);
   Rollout rollout(data);
   Identity dynamics(6);
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 0, .length = 20}};
-  segments[0].outages = {{5, 10}, {15, 18}};  // the second, of the product alone, cannot be
+  segments[0].outages = {{5, 10}, {15, 18}};  // the second output is computed, so it has no outage of its own
   rollout.run(segments, dynamics, {}, 1, Purpose::kSegments, 0, pool);
   const SegmentGroup& group = rollout.groups()[0];
   for (int t = 0; t < 20; ++t) {
     const auto at = [&](int row) { return group.readings[group.at(row, t)]; };
     const bool missing = t >= 5 && t < 10;
-    ASSERT_NEAR(at(2), missing ? group.readings[group.at(2, 4)] : 2.0F * at(1) * at(3), 1e-6F);  // hardly fades
-    ASSERT_NEAR(at(5), 0.0F, 1e-6F);  // its staleness: the time constant is long
+    ASSERT_NEAR(at(2), missing ? group.readings[group.at(2, 4)] : 2.0F * at(1) * at(3),
+                1e-6F);               // its time constant is long, so it hardly fades
+    ASSERT_NEAR(at(5), 0.0F, 1e-6F);  // its staleness stays near 0 for the same reason
   }
-  EXPECT_EQ(runs_with_failures(data, 0.3).size(), data.runs.size());  // one sensor may fail
-  EXPECT_TRUE(runs_with_failures(data, 0.0).empty()) << "what no step trains chooses no model";
+  EXPECT_EQ(runs_with_failures(data, 0.3).size(), data.runs.size());  // each run again with the sensor that may fail
+  EXPECT_TRUE(runs_with_failures(data, 0.0).empty()) << "failures that training leaves out do not choose the model";
 }
 
 }  // namespace

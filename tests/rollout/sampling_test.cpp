@@ -30,7 +30,7 @@ std::vector<Segment> drawn(const std::string& training, long step) {
   return draw_segments(experiment, experiment.training.mirror ? kMirrored : kData, step);
 }
 
-TEST(Segments, GrowFromTheFirstToTheirFullLengthInHalfOfTheSteps) {
+TEST(Segments, GrowFromTheirFirstToTheirFullLengthInHalfOfTheSteps) {
   for (const auto& [step, seconds] : {std::pair{0L, 1.0}, {25L, 3.0}, {50L, 5.0}, {75L, 5.0}, {99L, 5.0}})
     for (const Segment& segment : drawn("first_segment_s = 1.0\n", step))
       ASSERT_EQ(segment.length, std::lround(seconds / 0.05) + 1) << step;
@@ -43,12 +43,12 @@ TEST(Segments, BeginAtTheFirstSampleInTheirShare) {
     for (const Segment& segment : drawn(training, 3)) count += segment.start == 0 ? 1 : 0;
     return count;
   };
-  EXPECT_LT(at_zero(""), 10) << "control: one in 300 or 500 by chance";
+  EXPECT_LT(at_zero(""), 10) << "control: without the key, one in 300 or 500 by chance";
   EXPECT_NEAR(at_zero("first_share = 0.4\n"), 160, 40);  // 4 standard deviations of 9.8
   EXPECT_EQ(at_zero("first_share = 1.0\n"), 400);
 }
 
-TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
+TEST(Segments, AreMirroredWithProbabilityOneHalfOnlyIfTheKeyIsSet) {
   constexpr int kSteps = 50, kSegments = 400;
   constexpr double kDraws = kSteps * kSegments, kDeviation = 0.5;  // for one draw of probability 1/2
   int mirrored = 0, alike = 0;
@@ -61,16 +61,16 @@ TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
       before = turned;
     }
   EXPECT_NEAR(mirrored, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws));
-  EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each by itself";
+  EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each segment is drawn independently";
   for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
 }
 
-TEST(Segments, ThatAreNotRandomHaveNeitherKey) {
+TEST(Segments, RefuseBothKeysIfTheyAreNotRandom) {
   for (const std::string key : {"first_segment_s = 1.0", "first_share = 0.5"}) try {
       with(key + "\n");
       ADD_FAILURE() << key;
     } catch (const codegen::Error& error) {
-      EXPECT_EQ(std::string(error.what()).find("s.toml:12: [training] first_segment_s and first_share are about"), 0U)
+      EXPECT_EQ(std::string(error.what()).find("s.toml:12: [training] first_segment_s and first_share apply to"), 0U)
           << error.what();
     }
   EXPECT_THROW(with("segment_s = 5.0\nfirst_segment_s = 6.0\n"), codegen::Error);

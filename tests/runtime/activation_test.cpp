@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Activations and their slopes, scalars and packs, against closed forms and finite differences in double.
+// Activations and their slopes, for scalars and packs, compared with closed forms and finite differences in double.
 #include <nlo/jvp.h>
 #include <nlo/kernels/activation.h>
 #include <nlo/kernels/cortex_m_pieces.h>
@@ -19,14 +19,14 @@ double silu(double v) {
   return v / (1.0 + std::exp(-v));
 }
 
-/// Calls check(v) on a grid over all of the activations' bends, and far outside.
+/// Calls check(v) on a grid over the curved part of all activations, and far outside.
 template <class Check>
 void over_a_grid(Check check) {
   for (double v = -20.0; v <= 20.0; v += 1.0 / 128) check(v);
   for (const double v : {-1e3, -100.0, -50.0, 50.0, 100.0, 1e3}) check(v);
 }
 
-TEST(Silu, IsWithinTheErrorOfItsTanh) {
+TEST(Silu, HasTheErrorOfItsTanh) {
   over_a_grid([](double v) {
     const double bound = 0.5 * std::fabs(v) * kTanhMaxError;
     EXPECT_NEAR(activate<Activation::kSilu>(v), silu(v), (0.5 * std::fabs(v) + 1.0) * kTanhMaxErrorDouble) << v;
@@ -36,7 +36,7 @@ TEST(Silu, IsWithinTheErrorOfItsTanh) {
   });
 }
 
-// The table of Cortex-M kernels, as C++: half of the rational's error, although it takes no quotient.
+// The table of the Cortex-M kernels, in C++: half of the error of the rational function, without a division.
 TEST(TanhByPieces, IsWithinItsErrorOddAndAtMostOne) {
   double worst = 0;
   for (std::uint32_t bits = 0; bits < 0x7f800000U; bits += 4999) {
@@ -62,27 +62,27 @@ TEST(Relu, IsExact) {
   EXPECT_EQ(activate<Activation::kRelu>(std::numeric_limits<float>::quiet_NaN()), 0.0F);
 }
 
-/// Slopes against central differences of the very function, in double.
+/// Compares slopes with central differences of the same function, in double.
 template <Activation kKind>
 void expect_slopes(double tolerance) {
   constexpr double kStep = 1e-5;
   over_a_grid([&](double v) {
     if (kKind == Activation::kRelu && std::fabs(v) < 2 * kStep) return;
-    if (std::fabs(v) > 100.0) return;  // differences of large numbers
+    if (std::fabs(v) > 100.0) return;  // differences of large numbers lose digits
     const double difference = (activate<kKind>(v + kStep) - activate<kKind>(v - kStep)) / (2 * kStep);
     EXPECT_NEAR(activation_slope<kKind>(v, activate<kKind>(v)), difference, tolerance) << v;
   });
 }
 
-TEST(ActivationSlope, MeetsFiniteDifferences) {
-  // Differences in double err by the rounding of their values, 2e-15 / 2e-5, and by their step squared.
+TEST(ActivationSlope, AgreesWithFiniteDifferences) {
+  // Differences in double err by the rounding of their values, 2e-15 / 2e-5, and by the square of their step.
   constexpr double kDifference = 1e-9;
   expect_slopes<Activation::kTanh>(kDifference);
   expect_slopes<Activation::kRelu>(kDifference);
   expect_slopes<Activation::kSilu>(100.0 * kDifference);  // |v| <= 100 times that
 }
 
-TEST(ActivationSlope, MeetsTheClosedForms) {
+TEST(ActivationSlope, AgreesWithTheClosedForms) {
   over_a_grid([](double v) {
     const double t = std::tanh(v), s = 1.0 / (1.0 + std::exp(-v));
     EXPECT_NEAR(activation_slope<Activation::kTanh>(v, activate<Activation::kTanh>(v)), 1.0 - t * t, 2 * kTanhMaxError);
@@ -96,7 +96,7 @@ template <Activation kKind>
 void expect_packs_agree() {
   using Pack = simd::Pack<float>;
   constexpr int kLanes = simd::kLanes<float>;
-  constexpr double kContraction = 4e-7;  // a lone scalar may be compiled with other multiply-adds than a pack
+  constexpr double kContraction = 4e-7;  // a scalar may be compiled with other fused multiply-adds than a pack
   float in[kLanes], out[kLanes], slopes[kLanes];
   over_a_grid([&](double v) {
     for (int i = 0; i < kLanes; ++i) in[i] = static_cast<float>(v) + 0.001F * static_cast<float>(i);
@@ -113,7 +113,7 @@ void expect_packs_agree() {
   });
 }
 
-TEST(Activation, OfAVectorEqualsThatOfItsLanes) {
+TEST(Activation, OfAPackEqualsThatOfItsLanes) {
   expect_packs_agree<Activation::kTanh>();
   expect_packs_agree<Activation::kRelu>();
   expect_packs_agree<Activation::kSilu>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A batch of plants, and as many observers with the same measurements.
+// A batch of plants, compared with as many single observers with the same measurements.
 #pragma once
 
 #include <nlo/vector.h>
@@ -16,9 +16,9 @@
 
 namespace nlo::testing {
 
-/// The largest difference of z, of the readings and of x_hat between a batch and kPlants observers such as `fresh`.
-/// Statuses, of plants and of their channels, and the domain must be theirs at every sample. `reading(sample, plant,
-/// channel)` is what a plant's channel says, outputs before inputs.
+/// Returns the largest difference of z, readings and x_hat between a batch and kPlants observers that start as `fresh`.
+/// Statuses of plants and channels, and the domain, must be equal at each sample. `reading(sample, plant, channel)`
+/// returns the reading of a channel, outputs before inputs.
 template <int kPlants, class Batch, class Observer, class Reading>
 float off_observers(Batch&& batch, const Observer& fresh, Reading reading) {
   constexpr int kNy = Observer::kNy, kNu = Observer::kNu, kNx = Observer::kNx;
@@ -65,13 +65,13 @@ float off_observers(Batch&& batch, const Observer& fresh, Reading reading) {
   return worst_off;
 }
 
-/// Measurements of every kind: good ones, missed ones, out of a range of +-1, infinite, late first ones. Now and then
-/// all plants are well, which takes the quick way.
+/// Measurements of each kind: good, missing, outside of the range +-1, infinite, late first ones. Sometimes all plants
+/// have good measurements, which uses the fast path.
 class AnyMeasurement {
  public:
   float operator()(int sample, int plant, int /*channel*/) {
     if (sample % 3 == 2) return 0.1F * static_cast<float>(plant % 9) - 0.4F;
-    if (sample < plant % 4) return std::numeric_limits<float>::quiet_NaN();  // starts later than others
+    if (sample < plant % 4) return std::numeric_limits<float>::quiet_NaN();  // this plant starts later than the others
     const float y = uniform<float>(random_, -0.9, 0.9);
     if (uniform<float>(random_, 0, 1) < 0.9F) return y;
     const float bad[] = {y, std::numeric_limits<float>::quiet_NaN(), 5.0F, -std::numeric_limits<float>::infinity()};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Vectors carried by a rotation: exact where the solution is known, of order four where it is not, and the same
-// whatever axes the sensor has.
+// Vectors carried by a rotation: exact where the solution is known, of order four elsewhere, and equal for any
+// orientation of the sensor's axes.
 #include <nlo/carried_observer.h>
 
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ double rotation_error(const Vector3d& theta) {
 }
 
 TEST(Rotation, IsTheMatrixExponentialForAnyAngle) {
-  constexpr double kRoundings = 4.0, kPerRadian = 45.0;  // two roundings of the angle for each doubling
+  constexpr double kRoundings = 4.0, kPerRadian = 45.0;  // two roundings of the angle per doubling
   std::mt19937 random(1);
   for (const double size : {0.0, 1e-20, 1e-9, 1e-4, 0.03, 0.5, 1.7, 4.0}) {
     for (int k = 0; k < 100; ++k) {
@@ -97,8 +97,8 @@ TEST(MakeUnit, IsExactToRoundingForVectorsOfAnySize) {
   check(1.0);
 }
 
-TEST(CarriedObserver, AVectorThatStandsStillInTheWorldIsTrackedExactlyHoweverTheBodyTurns) {
-  // y' = -w x y with w constant: z stays S y, and the estimate the unit vector along it.
+TEST(CarriedObserver, TracksAVectorThatIsFixedInTheWorldExactlyForAnyRotation) {
+  // y' = -w x y with constant w: z stays at S y, and the estimate is the unit vector along it.
   constexpr double kTolerance = 1e-12;
   const auto model = carried_model<double>();
   CarriedObserver observer(model);
@@ -115,7 +115,7 @@ TEST(CarriedObserver, AVectorThatStandsStillInTheWorldIsTrackedExactlyHoweverThe
   }
 }
 
-TEST(CarriedObserver, WithoutRotationItIsTheKklObserverOfEachComponent) {
+TEST(CarriedObserver, WithoutRotationEqualsTheKklObserverOfEachComponent) {
   const auto model = carried_model<double>();
   CarriedObserver observer(model);
   KklModel<double, 2, 1, 3, 1, LearnedMap<testing::MixedMlp<double, 4, 2>>> plain{};
@@ -153,8 +153,8 @@ void expect_equivariance(double tolerance) {
   }
 }
 
-TEST(CarriedObserver, TurningTheSensorsAxesTurnsTheEstimateWithThem) {
-  // Rounding of the turned readings, filtered; a vector that is short by chance makes more of it when made unit.
+TEST(CarriedObserver, TheEstimateTurnsWithTheAxesOfTheSensor) {
+  // Rounding of the turned readings, filtered. Normalising a short vector amplifies it.
   constexpr double kFloat = 1e-4, kDouble = 1e-12;
   expect_equivariance<float, Arithmetic::kFast, true, true>(kFloat);
   expect_equivariance<double, Arithmetic::kFast, true, true>(kDouble);
@@ -162,7 +162,7 @@ TEST(CarriedObserver, TurningTheSensorsAxesTurnsTheEstimateWithThem) {
   expect_equivariance<double, Arithmetic::kFast, false, false>(kDouble);
 }
 
-/// z after a second of w and y that move, in so many steps; the ramps between them are not what they are.
+/// z after a second with varying w and y, in `steps` steps with linear interpolation between samples.
 Eigen::VectorXd turned_for_a_second(int steps) {
   auto model = carried_model<double>();
   model.sample_period_s = 1.0 / steps;
@@ -174,7 +174,7 @@ Eigen::VectorXd turned_for_a_second(int steps) {
   ramped.latent = model.latent;
   ramped.outputs = model.outputs;
   CarriedObserver observer(ramped);
-  const Vector3d w0(1.0, -2.0, 0.5), w1(-1.5, 1.0, 3.0);  // along the ramp between them the axis moves
+  const Vector3d w0(1.0, -2.0, 0.5), w1(-1.5, 1.0, 3.0);  // the axis moves along the ramp between them
   for (int k = 0; k <= steps; ++k) {
     const double t = static_cast<double>(k) / steps;
     EXPECT_EQ(observer.step({{0, 0, 0}}, vector<double>(w0 + t * (w1 - w0))), StepStatus::kOk);
@@ -188,17 +188,17 @@ Eigen::VectorXd turned_for_a_second(int steps) {
   return z;
 }
 
-TEST(CarriedObserver, ConvergesAtOrderFourWhereTheAxisMoves) {
+TEST(CarriedObserver, ConvergesAtOrderFourForAMovingAxis) {
   const Eigen::VectorXd exact = turned_for_a_second(2048);
   const double coarse = (turned_for_a_second(8) - exact).norm(), fine = (turned_for_a_second(16) - exact).norm();
-  EXPECT_GT(coarse, 1e-6) << "control: eight steps are not the solution";
+  EXPECT_GT(coarse, 1e-6) << "control: eight steps differ from the solution";
   EXPECT_NEAR(std::log2(coarse / fine), 4.0, 0.2) << coarse << " to " << fine;
 }
 
 TEST(CarriedObserver, SolvesItsDifferentialEquation) {
-  // z' = D z + F y - w x z by classical Runge-Kutta steps, y and w constant over the second.
-  // Between samples the observer takes y for a vector that stands still in the world, here it turns with the body: they
-  // agree to (|w| h)^2 / 12 of y, with steps h of 6e-5 s.
+  // z' = D z + F y - w x z by classical Runge-Kutta steps, with y and w constant over the second. Between samples the
+  // observer takes y as fixed in the world, but here it is fixed in the body: both agree to (|w| h)^2 / 12 of y, with
+  // steps h of 6e-5 s.
   constexpr double kTolerance = 1e-8;
   const auto model = carried_model<double>();
   CarriedObserver observer(model);
@@ -229,7 +229,7 @@ TEST(CarriedObserver, SolvesItsDifferentialEquation) {
   EXPECT_LT(error, kTolerance);
 }
 
-TEST(CarriedObserver, AMissingRateIsHeldAndReportedForItsChannelAlone) {
+TEST(CarriedObserver, AMissingRateIsHeldAndReportedOnlyForItsChannel) {
   const auto model = carried_model<float>();
   CarriedObserver observer(model);
   ASSERT_EQ(observer.step({{0, 0, 1}}, {{0.1F, 0.2F, 0.3F}}), StepStatus::kOk);
@@ -240,7 +240,7 @@ TEST(CarriedObserver, AMissingRateIsHeldAndReportedForItsChannelAlone) {
   for (const float x : observer.estimate()) EXPECT_TRUE(is_finite(x));
 }
 
-TEST(CarriedObserver, EstimatesNothingButZeroBeforeItsFirstMeasurement) {
+TEST(CarriedObserver, EstimatesZeroBeforeItsFirstMeasurement) {
   const auto model = carried_model<float>();
   const CarriedObserver observer(model);
   for (const float x : observer.estimate()) EXPECT_EQ(x, 0.0F);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// status(channel): each output and each input says what the step made of it, and of it alone; the step says the worst.
-// Every structure with two outputs and an input, its networks silent: statuses do not depend on them.
+// status(channel) reports the health of each output and each input separately; the status of the step is the worst of
+// them. Tested with each structure with two outputs and an input. Networks are zero, because statuses do not depend on
+// them.
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/gated_batch.h>
 #include <nlo/gated_observer.h>
@@ -28,7 +29,7 @@ using testing::MixedMlp;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr int kChannels = 3, kStaleAfter = 3;
-using Samples = std::array<float, kChannels>;  // outputs, then the input
+using Samples = std::array<float, kChannels>;  // two outputs, then the input
 constexpr Samples kGood = {1.0F, -2.0F, 0.5F};
 
 template <int kIn, int kOut>
@@ -45,7 +46,7 @@ using Gated = GatedModel<float, 2, 2, 3, SilentLayer<6>, SilentLayer<3>, SilentI
 using General = GeneralModel<float, 2, 2, 2, Silent<5, 2>, Silent<2, 2>, 1>;
 using Luenberger = LuenbergerModel<float, 2, 2, Silent<2, 2>, 1>;
 
-/// Every reading in +-10, 50 Hz, stale after three; how stale an output is lies in 0 .. 1.
+/// All readings have the range +-10, at 50 Hz, stale after three samples; the staleness of an output is within 0 .. 1.
 template <class Model>
 constexpr Model silent() {
   Model model{};
@@ -90,8 +91,8 @@ constexpr bool may_be_missing(int channel) {
   return Observer::kNf > 0 && channel == 1;
 }
 
-/// The status of one channel after a sample, by the words of docs/runtime.md. bad: samples in a row that were not used
-/// unchanged; missed: samples that a step over a gap has missed.
+/// The status of a channel after a sample, as docs/runtime.md defines it. bad: consecutive samples that were not used
+/// unchanged; missed: samples that a step over a gap missed.
 template <class Observer>
 StepStatus expected(int channel, float sample, int& bad, int missed = 0) {
   const bool finite = sample - sample == 0.0F;
@@ -99,7 +100,7 @@ StepStatus expected(int channel, float sample, int& bad, int missed = 0) {
     bad = 1;
     return StepStatus::kHeld;
   }
-  const bool ranged = channel < Observer::kNr - Observer::kNf;  // inputs that act apart have no range
+  const bool ranged = channel < Observer::kNr - Observer::kNf;  // inputs of an input field have no range
   const bool clamped = finite && ranged && (sample < -10.0F || sample > 10.0F), good = finite && !clamped;
   const int all = bad + missed + (good ? 0 : 1);
   bad = good ? 0 : all;
@@ -108,7 +109,7 @@ StepStatus expected(int channel, float sample, int& bad, int missed = 0) {
   return clamped && missed == 0 ? StepStatus::kClamped : StepStatus::kHeld;
 }
 
-TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
+TEST(ChannelStatus, OneBadChannelDoesNotAffectTheOthers) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     for (int bad = 0; bad < kChannels; ++bad) {
@@ -124,7 +125,7 @@ TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
           for (int j = 0; j < kChannels; ++j) ASSERT_EQ(observer.status(j), j == bad ? of_bad : StepStatus::kOk) << j;
         }
         ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
-        ASSERT_EQ(observer.status(bad), StepStatus::kOk) << "one good sample ends it";
+        ASSERT_EQ(observer.status(bad), StepStatus::kOk) << "one good sample resets it";
       }
     }
   });
@@ -157,11 +158,11 @@ TEST(ChannelStatus, TheStepReportsTheWorstChannelForAnyInput) {
       differing += observer.status(0) != observer.status(1);
     }
     for (const int times : seen) EXPECT_GT(times, 50);
-    EXPECT_GT(differing, 1000) << "control: one status for all would be wrong";
+    EXPECT_GT(differing, 1000) << "control: channels often have different statuses";
   });
 }
 
-TEST(ChannelStatus, ChannelsThatFailInTurnAreHeldAndNoneIsStale) {
+TEST(ChannelStatus, ChannelsThatFailInTurnAreHeldButNeverStale) {
   each_structure([](auto& observer) {
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     for (std::size_t k = 0; k < 20; ++k) {
@@ -172,7 +173,7 @@ TEST(ChannelStatus, ChannelsThatFailInTurnAreHeldAndNoneIsStale) {
   });
 }
 
-TEST(ChannelStatus, AChannelThatThereIsNotIsRejected) {
+TEST(ChannelStatus, AChannelNumberOutOfRangeGivesRejected) {
   each_structure([](auto& observer) {
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     for (const int none :
@@ -181,7 +182,7 @@ TEST(ChannelStatus, AChannelThatThereIsNotIsRejected) {
   });
 }
 
-TEST(ChannelStatus, ARejectedStepAppliesToAllChannelsAndCountsForNone) {
+TEST(ChannelStatus, ARejectedStepAppliesToAllChannelsAndChangesNoCount) {
   each_structure([](auto& observer) {
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     Samples samples = kGood;
@@ -195,13 +196,14 @@ TEST(ChannelStatus, ARejectedStepAppliesToAllChannelsAndCountsForNone) {
   });
 }
 
-TEST(ChannelStatus, AStartHoldsMissingChannelsAndAWarmStartCountsAlike) {
+TEST(ChannelStatus, AStartAndAWarmStartHoldMissingChannels) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     Samples samples = kGood;
     samples[0] = kNan;
     for (int k = 1; k <= 4; ++k) {
-      ASSERT_EQ(step(observer, samples), k < kStaleAfter ? StepStatus::kHeld : StepStatus::kStale) << "not started";
+      ASSERT_EQ(step(observer, samples), k < kStaleAfter ? StepStatus::kHeld : StepStatus::kStale)
+          << "the observer has not started";
       ASSERT_EQ(observer.status(0), k < kStaleAfter ? StepStatus::kHeld : StepStatus::kStale);
       ASSERT_EQ(observer.status(1), StepStatus::kOk);
     }
@@ -226,7 +228,7 @@ TEST(ChannelStatus, AStartHoldsMissingChannelsAndAWarmStartCountsAlike) {
   });
 }
 
-TEST(ChannelStatus, IsSavedAndRestoredAndAnyBitsOfItAreAStatusThatAGoodSampleEnds) {
+TEST(ChannelStatus, IsRestoredAndAGoodSampleResetsItAfterAnyCorruption) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
@@ -242,7 +244,7 @@ TEST(ChannelStatus, IsSavedAndRestoredAndAnyBitsOfItAreAStatusThatAGoodSampleEnd
       auto corrupted = observer.save();
       for (ChannelHealth& health : corrupted.health)
         health = static_cast<ChannelHealth>(random() >> (16 + random() % 16));
-      ASSERT_TRUE(other.restore(corrupted)) << "any count is one that steps can lead to";
+      ASSERT_TRUE(other.restore(corrupted)) << "any count can result from steps";
       for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kOutOfRange);
       (void)step(other, samples);
       for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kOutOfRange);
@@ -266,7 +268,7 @@ TEST(ChannelStatus, ACorruptedLatentStateAppliesToAllChannels) {
   });
 }
 
-TEST(ChannelStatus, OfAPlantInABatchEqualsThatOfAnObserver) {
+TEST(ChannelStatus, OfAPlantInABatchEqualsThatOfASingleObserver) {
   constexpr int kPlants = 21;  // blocks that are stepped together, and a rest
   std::mt19937 random(8);
   const auto reading = [&random](int k, int /*plant*/, int /*channel*/) {

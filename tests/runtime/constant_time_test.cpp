@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Both policies validate by the same code, one of them without branches: the same outputs and statuses, bit for bit, as
-// validation in plain branches. That the instructions are as many for every measurement is counted by
-// tests/properties/instruction_count.sh.
+// Both policies validate with the same code, one of them without branches: outputs and statuses equal those of a
+// validation with plain branches, bit for bit. tests/properties/instruction_count.sh checks that the number of
+// instructions does not depend on the measurement.
 #include <nlo/measurement.h>
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace nlo {
 namespace {
 
-/// One output as one would write it first.
+/// Validates one output with plain branches.
 template <class Scalar>
 StepStatus plainly_validated(Scalar y, Scalar min, Scalar max, Scalar wrap, Scalar& accepted) {
   if (!std::isfinite(y)) return StepStatus::kHeld;
@@ -36,7 +36,7 @@ StepStatus plainly_validated(Scalar y, Scalar min, Scalar max, Scalar wrap, Scal
   return y < min || y > max ? StepStatus::kClamped : StepStatus::kOk;
 }
 
-/// Often an odd one: not a number, infinite, subnormal, on the edge or far out.
+/// Often a special value: NaN, infinite, subnormal, at the edge or far out.
 template <class Scalar>
 Scalar any_measurement(std::mt19937& random) {
   using Limits = std::numeric_limits<Scalar>;
@@ -49,7 +49,7 @@ Scalar any_measurement(std::mt19937& random) {
 
 template <class Scalar, Arithmetic kArithmetic>
 void expect_plain_validation() {
-  // A length, an angle, a length.
+  // A length, an angle and a length.
   constexpr ReadingRange<Scalar, 3> kRange{{-3, -3, 1}, {3, 3, 2}, {0, Scalar(6.2831853), 0}};
   std::mt19937 random(1);
   Scalar accepted[3] = {0, 0, 1}, expected[3] = {0, 0, 1};
@@ -74,7 +74,7 @@ void expect_plain_validation() {
   }
   for (const StepStatus status :
        {StepStatus::kOk, StepStatus::kClamped, StepStatus::kHeld, StepStatus::kStale, StepStatus::kOutOfRange})
-    EXPECT_GT(statuses[static_cast<int>(status)], 100) << "seldom seen: " << static_cast<int>(status);
+    EXPECT_GT(statuses[static_cast<int>(status)], 100) << "too rare in this test: " << static_cast<int>(status);
 }
 
 TEST(Validation, EqualsPlainBranchesForBothPolicies) {
@@ -84,7 +84,7 @@ TEST(Validation, EqualsPlainBranchesForBothPolicies) {
   expect_plain_validation<double, Arithmetic::kDeterministic>();
 }
 
-TEST(Validation, CountsNoFurtherThanItsCounter) {
+TEST(Validation, StopsCountingAtTheLargestCount) {
   const auto expect_saturation = []<Arithmetic kArithmetic> {
     for (const std::uint32_t bits : {1U, 2U, 3U}) {
       for (const std::uint32_t count : {kMostCounted - 1, kMostCounted}) {
@@ -94,7 +94,7 @@ TEST(Validation, CountsNoFurtherThanItsCounter) {
         EXPECT_EQ(next_health<kArithmetic>(last, true, false), 0);
         EXPECT_EQ(health_after_missed(last, 999), kMostCounted << 2U | kHeldBit);
       }
-      // A model may ask for more than can be counted: it is stale then all the same.
+      // A model may set a limit above the largest count; the channel still becomes stale.
       EXPECT_GE(status_of<kArithmetic>(static_cast<ChannelHealth>(kMostCounted << 2U | bits), 0xffff),
                 StepStatus::kStale);
     }
@@ -103,7 +103,7 @@ TEST(Validation, CountsNoFurtherThanItsCounter) {
   expect_saturation.operator()<Arithmetic::kDeterministic>();
 }
 
-TEST(Select, TakesOneOrTheOtherAsItIs) {
+TEST(Select, ReturnsOneOfTwoValuesUnchanged) {
   const auto expect_choices = []<Arithmetic kArithmetic> {
     const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
     const float nan = std::bit_cast<float>(0x7fc12345U);

@@ -12,7 +12,7 @@
 namespace nlo {
 namespace {
 
-// The line between samples of sin(w k) is off by at most w^2 / 8.
+// Linear interpolation between samples of sin(w k) errs by at most w^2 / 8.
 constexpr double kFrequency = 0.1, kChord = kFrequency * kFrequency / 8.0;
 
 TEST(DelayLine, DelaysARampByAFractionExactly) {
@@ -25,7 +25,7 @@ TEST(DelayLine, DelaysARampByAFractionExactly) {
   }
 }
 
-TEST(DelayLine, DelaysASinusoidToTheChord) {
+TEST(DelayLine, DelaysASinusoidWithinTheErrorOfLinearInterpolation) {
   for (const double delay : {0.0, 0.5, 1.7, 2.999, 3.0}) {
     DelayLine<1, 3, double> line({delay});
     double worst = 0.0, worst_undelayed = 0.0;
@@ -37,7 +37,7 @@ TEST(DelayLine, DelaysASinusoidToTheChord) {
     }
     EXPECT_LE(worst, kChord * 1.001) << delay;
     if (delay > 0.0) {
-      EXPECT_GT(worst_undelayed, 10.0 * kChord) << delay;  // control: it is another signal
+      EXPECT_GT(worst_undelayed, 10.0 * kChord) << delay;  // control: without the delay the signal differs
     }
   }
 }
@@ -53,7 +53,7 @@ TEST(DelayLine, HoldsTheFirstInputUntilItIsFullAndAfterAReset) {
   EXPECT_EQ(line.push({{5.0F}})[0], -1.0F);
 }
 
-TEST(DelayLine, AFaultComesOutWhenItActsAndNotBefore) {
+TEST(DelayLine, AFaultIsReportedWhenItsInputActs) {
   DelayLine<1, 3> line({2.0F});
   for (int k = 0; k < 5; ++k) (void)line.push({{1.0F}});
   EXPECT_EQ(line.push({{std::numeric_limits<float>::quiet_NaN()}})[0], 1.0F);
@@ -62,17 +62,17 @@ TEST(DelayLine, AFaultComesOutWhenItActsAndNotBefore) {
   EXPECT_EQ(line.push({{1.0F}})[0], 1.0F);
 }
 
-TEST(DelayLine, ADelayOfRunTimeIsHeldWithinTheLine) {
+TEST(DelayLine, ADelaySetAtRunTimeIsLimitedToTheLine) {
   const double not_a_number = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [asked, taken] : {std::pair{-1.0, 0.0}, {7.5, 3.0}, {1e300, 3.0}, {not_a_number, 0.0}}) {
+  for (const auto& [asked, used] : {std::pair{-1.0, 0.0}, {7.5, 3.0}, {1e300, 3.0}, {not_a_number, 0.0}}) {
     DelayLine<1, 3, double> line({asked});
     double u = 0.0;
     for (int k = 0; k < 9; ++k) u = line.push({{1.0 * k}})[0];
-    EXPECT_EQ(u, 8.0 - taken) << asked;
+    EXPECT_EQ(u, 8.0 - used) << asked;
   }
 }
 
-TEST(DelayLine, IsAConstant) {
+TEST(DelayLine, CanBeEvaluatedAtCompileTime) {
   static constinit DelayLine<1, 2> line({1.0F});
   EXPECT_EQ(line.push({{3.0F}})[0], 3.0F);
   constexpr float kActing = [] {
@@ -89,7 +89,7 @@ concept IsAConstant = requires {
 };
 static_assert(IsAConstant<0> && IsAConstant<2> && !IsAConstant<3> && !IsAConstant<-1>, "outside does not compile");
 
-TEST(DelayLine, HasRoomForBothEndsOfItsRange) {
+TEST(DelayLine, AcceptsBothEndsOfItsRange) {
   static constinit DelayLine<2, 2> line({0.0F, 2.0F});
   for (int k = 0; k < 5; ++k) (void)line.push({{1.0F * static_cast<float>(k), 1.0F * static_cast<float>(k)}});
   const auto acting = line.push({{5.0F, 5.0F}});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A program with NLO_CPU_DISPATCH computes, at each level, the bits of code that is compiled for that instruction set:
-// networks, batches with the recurrence of z, forward-mode products, error heads and gated units. Every level that this
-// CPU can execute is chosen by the test, not found.
+// With NLO_CPU_DISPATCH, a program computes at each level the bits of code that is compiled for that instruction set:
+// networks, batches with the recurrence of z, forward-mode products, error heads and gated units. The test selects each
+// level that this CPU can execute.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ bool same(const Values& a, const Values& b) {
   return std::memcmp(&a, &b, sizeof(Values)) == 0;
 }
 
-/// Runs the networks by the code of one level, whatever the CPU would be given.
+/// Runs the networks with the code of one level, whichever level the CPU would get.
 Bits bits_of_level(x86::Level level) {
   const int before = x86::level_in_use;
   x86::level_in_use = static_cast<int>(level);
@@ -54,7 +54,7 @@ TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx512) {
   expect_same(bits_of_level(x86::Level::kAvx512), instruction_set::bits_of_avx512_one_load());
 }
 
-TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx512WhereTheCpuHasOneWideLoad) {
+TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx512WithOneWideLoad) {
   if (!x86::has_avx512(x86::ask_cpu())) GTEST_SKIP() << "this CPU has no AVX-512";
   expect_same(bits_of_level(x86::Level::kAvx512OneLoad), instruction_set::bits_of_avx512());
   expect_same(bits_of_level(x86::Level::kAvx512OneLoad), instruction_set::bits_of_avx512_one_load());
@@ -73,13 +73,14 @@ void expect_different(const Bits& one, const Bits& other) {
   EXPECT_FALSE(same(one.gated, other.gated));
 }
 
-TEST(Dispatch, ControlTheBitsTellInstructionSetsApart) {  // otherwise equal bits above would say nothing
+TEST(Dispatch, ControlTheBitsDifferBetweenInstructionSets) {  // otherwise the equal bits above would prove nothing
   expect_different(instruction_set::bits_of_baseline(), instruction_set::bits_of_avx2());
   if (x86::has_avx512(x86::ask_cpu()))
     expect_different(instruction_set::bits_of_avx2(), instruction_set::bits_of_avx512());
 }
 
-TEST(Dispatch, ControlOneObserverHasOtherBitsThanTheBatch) {  // its z is stepped by what the compiler was told of
+TEST(Dispatch,
+     ControlOneObserverHasOtherBitsThanTheBatch) {  // z of a single observer uses the instructions of the build
   static constexpr auto& kModel = testing::InstructionSetModel<Activation::kTanh>::kModel;
   const Bits ours = testing::run_networks();
   float farthest = 0.0F;
@@ -90,10 +91,10 @@ TEST(Dispatch, ControlOneObserverHasOtherBitsThanTheBatch) {  // its z is steppe
     for (int r = 0; r < 3; ++r) farthest = std::max(farthest, std::fabs(observer.latent()[r] - ours.latent[r][n]));
   }
   EXPECT_GT(farthest, 0.0F);
-  EXPECT_LE(farthest, 5e-6F);  // 20 samples of a z of at most 2, two roundings of 1.2e-7 each
+  EXPECT_LE(farthest, 5e-6F);  // 20 samples of z up to 2, with two roundings of 1.2e-7 each
 }
 
-TEST(Dispatch, TakesBatchesOfAnySize) {
+TEST(Dispatch, SupportsBatchesOfAnySize) {
   constexpr auto& kMap = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map;
   float in[3 * 6], out[2 * 6];
   for (int i = 0; i < 3 * 6; ++i) in[i] = 0.1F * static_cast<float>(i);

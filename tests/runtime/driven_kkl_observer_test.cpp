@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The driven observer (24)-(25): without an input it is the plain one, bit for bit; with one it converges at order 4
-// and, on a linear plant, to the truth.
+// The driven observer (24)-(25): without an input it equals the plain observer bit for bit; with an input it converges
+// at order 4, and on a linear plant to the true state.
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/eigen.h>
 
@@ -38,7 +38,7 @@ void expect_plain_recurrence(Hold hold) {
   }
 }
 
-TEST(DrivenKklObserver, WithoutAnInputIsThePlainObserverToTheBit) {
+TEST(DrivenKklObserver, WithoutAnInputEqualsThePlainObserverBitForBit) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
     expect_plain_recurrence<float, Arithmetic::kFast>(hold);
     expect_plain_recurrence<double, Arithmetic::kFast>(hold);
@@ -47,7 +47,7 @@ TEST(DrivenKklObserver, WithoutAnInputIsThePlainObserverToTheBit) {
   }
 }
 
-TEST(DrivenKklObserver, AnInputShows) {  // the control of the test above
+TEST(DrivenKklObserver, AnInputChangesTheEstimate) {  // control of the test above
   const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
   DrivenKklObserver with(model), without(model);
   for (int k = 0; k < 10; ++k) {
@@ -57,7 +57,7 @@ TEST(DrivenKklObserver, AnInputShows) {  // the control of the test above
   EXPECT_GT(std::fabs(with.latent()[0] - without.latent()[0]), 1e-3F);
 }
 
-/// z after 1 s of ramps y and u (ramps at any sample period), sampled `steps` times.
+/// Returns z after 1 s of ramps in y and u (ramps for any sample period), with `steps` samples.
 Eigen::Vector3d after_a_second(int steps) {
   auto model = driven_model<double>(Hold::kFirstOrder, Hold::kFirstOrder);
   model.sample_period_s = 1.0 / steps;
@@ -82,13 +82,14 @@ TEST(DrivenKklObserver, ConvergesAtOrderFour) {
 }
 
 TEST(DrivenKklObserver, DriveIsTheJacobianTimesTheInputField) {
-  constexpr double kStep = 1e-5, kTolerance = 1e-6;  // slopes are of tanh, values of a rational 4e-8 from it
+  // Slopes are those of tanh, values those of a rational function within 4e-8.
+  constexpr double kStep = 1e-5, kTolerance = 1e-6;
   const auto model = driven_model<double>(Hold::kFirstOrder, Hold::kZeroOrder);
   const double z[3] = {0.4, -0.2, 0.9}, y[1] = {0.7}, u[2] = {1.5, -0.5};
   double driven[3], x[2], dx[2], ahead[2], behind[2], high[3], low[3];
   model.drive(z, y, u, driven);
   model.estimate(z, y, x);
-  for (int k = 0; k < 2; ++k) {  // g(x) u by its definition
+  for (int k = 0; k < 2; ++k) {  // g(x) u from its definition
     dx[k] = 0.0;
     for (int i = 0; i < 2; ++i) {
       dx[k] += u[i] * (model.input_field.constant[i][k] + model.input_field.linear[i][k][0] * x[0] +
@@ -120,7 +121,7 @@ struct DrivenOscillator {
   using Model = DrivenKklModel<double, 2, 1, 2, 1, 0, LearnedMap<Linear>, LearnedMap<Linear>>;
   Model model{};
 
-  /// `input_gain` 1: as the plant has it.
+  /// `input_gain` 1: as in the plant.
   explicit DrivenOscillator(double input_gain) {
     const double lambda[2] = {-2.0, -5.0};
     Eigen::Matrix2d t;  // row i: lambda_i T_i + C = T_i A
@@ -171,8 +172,9 @@ struct DrivenOscillator {
   }
 };
 
-TEST(DrivenKklObserver, FollowsADrivenLinearPlantToTheTruth) {
-  // exp(-2 * 5) of the start is left, 5e-5 times |T*| |T x| of some 2; y is a ramp to h^2 / 12.
+TEST(DrivenKklObserver, ConvergesToTheTrueStateOfADrivenLinearPlant) {
+  // exp(-2 * 5) of the initial error is left, 5e-5 times |T*| |T x|, about 2; linear interpolation of y errs by h^2 /
+  // 12.
   EXPECT_LT(DrivenOscillator(1.0).settled_error(), 2e-4);
   EXPECT_GT(DrivenOscillator(0.0).settled_error(), 2e-2) << "the control: an observer that ignores u";
   EXPECT_GT(DrivenOscillator(0.9).settled_error(), 2e-3) << "the control: a tenth of u ignored";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How wrong an estimate is: 2^v against the C library, sigma against its formula, and what it is where nothing is
-// known. tests/codegen compares all structures with their equations.
+// The estimated standard deviation of an error: 2^v compared with the C library, sigma compared with its formula, and
+// its value if the error is unknown. tests/codegen compares all structures with their equations.
 #include <nlo/error_head.h>
 #include <nlo/kkl_observer.h>
 
@@ -73,7 +73,7 @@ static_assert(KnowsError<SureModel<float>>);
 static_assert(!KnowsError<testing::UndrivenTestModel<float>>);
 static_assert(!KnowsError<testing::PendulumModel<float>>, "z is the estimate");
 
-/// sigma of `model` at z and y, in double by the C library.
+/// sigma of `model` at z and y, computed in double with the C library.
 template <class Scalar>
 double exact_sigma(const SureModel<Scalar>& model, const Vector<Scalar, 3>& z, Scalar y, int state) {
   const Scalar in[4] = {z[0], z[1], z[2], y};
@@ -110,20 +110,20 @@ double worst_sigma(const SureModel<Scalar>& model, int* held) {
   return worst;
 }
 
-// tanh within 5e-7 and sums of 17 terms of order 1 in float, times log 2; in double the same of its rounding.
+// tanh within 5e-7 and float sums of 17 terms of order 1, times log 2; in double the same with its own rounding.
 constexpr double kFloatSigma = 5e-6, kDoubleSigma = 2e-14;
 
-TEST(ErrorHead, IsItsFormulaInEveryArithmetic) {
+TEST(ErrorHead, EqualsItsFormulaInEveryArithmetic) {
   int held = 0;
   EXPECT_LT(worst_sigma<KklObserver<SureModel<float>>>(kSure, &held), kFloatSigma);
   EXPECT_LT((worst_sigma<KklObserver<SureModel<float>, Arithmetic::kDeterministic>>(kSure, &held)), kFloatSigma);
   EXPECT_LT(worst_sigma<KklObserver<SureModel<double>>>(kSureInDouble, &held), kDoubleSigma);
-  EXPECT_GT(held, 0) << "no sigma has reached an end of its range: the ends are not tested";
+  EXPECT_GT(held, 0) << "control: no sigma reached a limit of its range, so the limits are untested";
 }
 
-/// The head of that width, behind h of which all else is not a number, against its formula.
+/// Compares a head of this width with its formula, with NaN after the end of h.
 template <int kWidth>
-void expect_nothing_is_read_behind_the_squares() {
+void expect_nothing_is_read_after_the_squares() {
   const auto weights = testing::mixed_dense<float, 2 * kWidth, 1>(0.7, 5);
   ErrorHead<float, kWidth, 1> head{};
   head.layer = pack(weights);
@@ -137,18 +137,18 @@ void expect_nothing_is_read_behind_the_squares() {
   }
   float log2_sigma = 0.0F;
   head.evaluate(h, &log2_sigma);
-  EXPECT_TRUE(std::isnan(h[kernels::padded(2 * kWidth)])) << "nothing is written behind the zeros";
+  EXPECT_TRUE(std::isnan(h[kernels::padded(2 * kWidth)])) << "nothing is written after the zeros";
   EXPECT_NEAR(log2_sigma, want, 2e-6) << kWidth << ": 18 terms of order 1 in float";
 }
 
-TEST(ErrorHead, OfAnOddWidthReadsNothingBehindItsSquares) {
-  expect_nothing_is_read_behind_the_squares<3>();
-  expect_nothing_is_read_behind_the_squares<8>();
-  expect_nothing_is_read_behind_the_squares<9>();  // so wide that kernels read whole vectors
+TEST(ErrorHead, ReadsNothingAfterItsSquaresForOddWidths) {
+  expect_nothing_is_read_after_the_squares<3>();
+  expect_nothing_is_read_after_the_squares<8>();
+  expect_nothing_is_read_after_the_squares<9>();  // wide enough for kernels to read whole vectors
 }
 
 template <Arithmetic kArithmetic>
-void expect_the_estimate_as_without_one() {
+void expect_the_estimate_without_a_head() {
   KklObserver<SureModel<float>, kArithmetic> sure(kSure);
   KklObserver<testing::UndrivenTestModel<float>, kArithmetic> plain(kPlain);
   for (int k = 0; k < 50; ++k) {
@@ -162,9 +162,9 @@ void expect_the_estimate_as_without_one() {
   }
 }
 
-TEST(ErrorHead, LeavesTheEstimateAsItIsWithoutOne) {
-  expect_the_estimate_as_without_one<Arithmetic::kFast>();
-  expect_the_estimate_as_without_one<Arithmetic::kDeterministic>();
+TEST(ErrorHead, DoesNotChangeTheEstimate) {
+  expect_the_estimate_without_a_head<Arithmetic::kFast>();
+  expect_the_estimate_without_a_head<Arithmetic::kDeterministic>();
 }
 
 TEST(ErrorHead, IsUnknownOutsideOfTheDomain) {
@@ -175,7 +175,7 @@ TEST(ErrorHead, IsUnknownOutsideOfTheDomain) {
     const auto estimated = observer.estimate_with_error();
     for (int i = 0; i < 2; ++i) {
       EXPECT_EQ(estimated.sigma[i], kUnknownSigma);
-      EXPECT_GE(estimated.bound_95[i], kUnknownSigma) << "no limit of a user is above it";
+      EXPECT_GE(estimated.bound_95[i], kUnknownSigma) << "it exceeds any limit of a user";
       EXPECT_TRUE(std::isfinite(estimated.bound_95[i]));
     }
   }
@@ -190,7 +190,7 @@ TEST(ErrorHead, IsUnknownWhileAReadingIsStale) {
     EXPECT_EQ(observer.estimate_with_error().sigma[0] < kUnknownSigma, observer.in_domain());
   }
   ASSERT_EQ(observer.status(), StepStatus::kStale);
-  EXPECT_GT(held, 0) << "control: a held reading alone does not make the error unknown";
+  EXPECT_GT(held, 0) << "control: a held reading does not make the error unknown";
   EXPECT_EQ(observer.estimate_with_error().sigma[0], kUnknownSigma);
   (void)observer.step(1.0F);
   EXPECT_EQ(observer.estimate_with_error().sigma[0] < kUnknownSigma, observer.in_domain());
@@ -212,7 +212,7 @@ TEST(ErrorHead, StaysFiniteForAnyMeasurement) {
   }
 }
 
-TEST(ErrorHead, TakesNanForTheLargestError) {
+TEST(ErrorHead, TreatsNanAsTheLargestError) {
   const auto& head = kSure.inverse_map.error;
   for (const float v : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F}) {
     EXPECT_FLOAT_EQ(head.deviation(0, v, true), std::exp2(0.5F));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Functions of known equations: their accuracy compared with libm, and their result where they have no value.
+// Functions of known equations: their accuracy compared with libm, and their result outside of their domain.
 #include <nlo/functions.h>
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class Functions : public ::testing::Test {};
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Functions, Scalars);
 
-// The tolerances are what the headers' comments say, a rounding unit being half of epsilon.
+// The tolerances are those in the headers' comments; a rounding unit is half of epsilon.
 TYPED_TEST(Functions, AreWithinAFewRoundingUnitsOfLibm) {
   using T = TypeParam;
   using L = long double;
@@ -50,7 +50,7 @@ TYPED_TEST(Functions, AreWithinAFewRoundingUnitsOfLibm) {
       << "control";
 }
 
-TYPED_TEST(Functions, AreNotNumbersWhereTheyHaveNoValue) {
+TYPED_TEST(Functions, AreNanOutsideOfTheirDomain) {
   using T = TypeParam;
   constexpr T kNone = std::numeric_limits<T>::quiet_NaN(), kInfinity = std::numeric_limits<T>::infinity();
   for (const T x : {T(8192), T(-8192), kInfinity, -kInfinity, kNone}) {

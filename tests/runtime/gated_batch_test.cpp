@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compares a batch of gated observers with as many single ones: the results are the same, also for each fault.
+// Compares a batch of gated observers with as many single observers: the results are equal, also after each kind of
+// fault.
 #include <nlo/gated_batch.h>
 
 #include <gtest/gtest.h>
@@ -17,12 +18,12 @@ constexpr int kUnits = 13;
 
 constexpr auto model() {
   auto m = bench::random_gated_model<kUnits>();
-  m.outputs.min[0] = -1.0F;  // to be clamped to
+  m.outputs.min[0] = -1.0F;  // a narrow range, so that readings are clamped
   m.outputs.max[0] = 1.0F;
   return m;
 }
 
-/// From single observers of `other`.
+/// Largest difference to single observers of `other`.
 template <int kPlants, Arithmetic kArithmetic, class Model>
 float off(const Model& batched, const Model& other) {
   return testing::off_observers<kPlants>(GatedBatch<Model, kPlants, kArithmetic>{batched},
@@ -31,8 +32,8 @@ float off(const Model& batched, const Model& other) {
 
 constexpr auto kModel = model();
 
-TEST(GatedBatch, AnswersAsAnObserverPerPlantWould) {
-  constexpr float kOtherOrder = 2e-5F;  // sums of some 14 terms below 3 in another order, and z remembers them
+TEST(GatedBatch, EqualsOneObserverPerPlant) {
+  constexpr float kOtherOrder = 2e-5F;  // sums of about 14 terms below 3 in another order, which z accumulates
   EXPECT_LE((off<1, Arithmetic::kFast>(kModel, kModel)), kOtherOrder);
   EXPECT_LE((off<32, Arithmetic::kFast>(kModel, kModel)), kOtherOrder);
   EXPECT_LE((off<45, Arithmetic::kFast>(kModel, kModel)), kOtherOrder);
@@ -43,7 +44,7 @@ TEST(GatedBatch, GivesTheBitsOfTheDeterministicObserver) {
   EXPECT_EQ((off<45, Arithmetic::kDeterministic>(kModel, kModel)), 0.0F);
 }
 
-TEST(GatedBatch, ControlAnotherBiasOfOneGateIsSeen) {
+TEST(GatedBatch, ControlAnotherBiasOfOneGateIsDetected) {
   auto other = kModel;
   other.gates.mlp.layer.bias[2] += 1e-2F;
   EXPECT_GT((off<32, Arithmetic::kFast>(kModel, other)), 1e-4F);
@@ -55,7 +56,7 @@ TEST(GatedBatch, RestartsAPlantWithACorruptedZ) {
   for (float& value : y[0]) value = 0.2F;
   for (int k = 0; k < 4; ++k) ASSERT_EQ(batch.step(y), StepStatus::kOk);
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -3e38}) {
-    batch.spoil_z(2, 7, bad);
+    batch.corrupt_z(2, 7, bad);
     EXPECT_EQ(batch.step(y), StepStatus::kReset);
     for (int plant = 0; plant < 32; ++plant)
       EXPECT_EQ(batch.status(plant), plant == 7 ? StepStatus::kReset : StepStatus::kOk) << plant;
@@ -66,7 +67,7 @@ TEST(GatedBatch, RestartsAPlantWithACorruptedZ) {
   }
 }
 
-TEST(GatedBatch, TakesAPlantInAndLetsItOut) {
+TEST(GatedBatch, ExchangesAPlantWithASingleObserver) {
   GatedObserver observer{kModel};
   for (const float y : {0.1F, 0.2F, 0.3F}) ASSERT_EQ(observer.step(y), StepStatus::kOk);
   GatedBatch<std::remove_cvref_t<decltype(kModel)>, 3> batch{kModel};

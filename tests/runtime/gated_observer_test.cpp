@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The gated observer: its gates against the C library's functions, its step against the exponential where rates and
-// targets are constant, and that it stays between -1 and 1.
+// The gated observer: its gates compared with functions of the C library, its step compared with the exponential for
+// constant rates and targets, and z stays between -1 and 1.
 #include <nlo/gated_observer.h>
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST(Gate, OverAnyTimeIsTheExponentialOfTheSoftplus) {
   EXPECT_LT(worst_gate_over<double>(), 4.0 * 0x1p-53);
 }
 
-TEST(Gate, OverOnePeriodIsTheSigmoidThatRegularStepsTake) {
+TEST(Gate, OverOnePeriodIsTheSigmoidOfRegularSteps) {
   for (double a = -12.0; a <= 12.0; a += 0.01) {
     ASSERT_NEAR(gate_over(a, 1.0), gate_of(tanh_rational(a)), kTanhMaxErrorDouble) << a;
     const auto narrow = static_cast<float>(a);
@@ -51,7 +51,7 @@ TEST(Gate, OverOnePeriodIsTheSigmoidThatRegularStepsTake) {
   }
 }
 
-TEST(Gate, TakesArgumentsOfAnySize) {
+TEST(Gate, AcceptsArgumentsOfAnySize) {
   for (const float a : {1e30F, 3e38F}) {
     EXPECT_EQ(gate_over(a, 1000.0F), 1.0F);
     EXPECT_EQ(gate_over(a, 1e-3F), 1.0F);
@@ -61,14 +61,14 @@ TEST(Gate, TakesArgumentsOfAnySize) {
   EXPECT_EQ(gate_over(1e308, 1e-3), 1.0);
 }
 
-TEST(Gate, LogarithmOfOnePlusIsTheLibrarys) {
+TEST(Gate, LogarithmOfOnePlusAgreesWithTheLibrary) {
   for (int i = 0; i <= 1000; ++i) {
     const double t = std::ldexp(1.0, -i % 60) * (1.0 - i / 2000.0);
     ASSERT_NEAR(log_1_plus(t), std::log1p(t), 4.0 * 0x1p-53 * std::log1p(t)) << t;
   }
 }
 
-/// No weights: every rate and target is that of its bias.
+/// No weights: each rate and target is that of its bias.
 template <class Scalar>
 auto constant_model() {
   auto model = gated_model<Scalar>(0.0);
@@ -104,14 +104,14 @@ void expect_exponential(double tolerance) {
   }
 }
 
-TEST(GatedObserver, WithConstantRatesAndTargetsIsTheExponentialForStepsOfAnyLength) {
-  // Half of the way is gone in 4 periods at most: what is left of errors is a few of tanh's or the rounding's.
+TEST(GatedObserver, EqualsTheExponentialForConstantRatesAndTargets) {
+  // Half of the distance is gone after at most 4 periods, so only a few errors of tanh or of rounding remain.
   expect_exponential<double>(1e-14);
   expect_exponential<float>(4e-6);
 }
 
 TEST(GatedObserver, StaysBetweenMinusOneAndOneForAnyMeasurement) {
-  const auto model = gated_model<float>(30.0);  // gates and targets that saturate
+  const auto model = gated_model<float>(30.0);  // saturated gates and targets
   GatedObserver observer(model);
   std::mt19937 random(11);
   float largest = 0.0F;
@@ -124,8 +124,8 @@ TEST(GatedObserver, StaysBetweenMinusOneAndOneForAnyMeasurement) {
     }
     for (const float z : observer.latent()) largest = std::max(largest, std::fabs(z));
   }
-  EXPECT_GT(largest, 0.9F) << "control: it went to its bounds";
-  EXPECT_LE(largest, 1.0F + 0x1p-23F) << "a rounding above 1 at most";
+  EXPECT_GT(largest, 0.9F) << "control: it reached its bounds";
+  EXPECT_LE(largest, 1.0F + 0x1p-23F) << "at most one rounding unit above 1";
 }
 
 TEST(GatedObserver, TheFirstMeasurementIsAStep) {
@@ -139,7 +139,7 @@ TEST(GatedObserver, TheFirstMeasurementIsAStep) {
   EXPECT_NE(observer.latent()[0], other.latent()[0]) << "control";
 }
 
-TEST(GatedObserver, DeterministicArithmeticIsAsNearAsRoundingLetsIt) {
+TEST(GatedObserver, DeterministicArithmeticDiffersOnlyByRounding) {
   const auto model = gated_model<float>();
   GatedObserver<std::remove_cv_t<decltype(model)>, Arithmetic::kDeterministic> steady(model);
   GatedObserver fast(model);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The runtime, compiled for one instruction set. It has a namespace of its own, because one program must not have
-// functions of one name compiled in two ways.
+// The runtime compiled for one instruction set. It has its own namespace, because a program must not contain functions
+// with one name compiled in two ways.
 #define nlo NLO_TEST_NAMESPACE
 #include "tests/runtime/instruction_set_run.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The networks behind instruction_set_bits.h: estimates, products, batches and their z, the errors' deviations and
-// gated units of the fast policy, whose bits depend on the length of vectors and on fused multiply-adds.
+// The networks whose results instruction_set_bits.h holds: estimates, products, batches and their z, deviations of
+// errors, and gated units of the fast policy, whose bits depend on the vector length and on fused multiply-adds.
 #pragma once
 
 #include <nlo/jvp.h>
@@ -31,7 +31,7 @@ void for_each_round(const Work& work) {
   }
 }
 
-/// Start and measurements of a plant of `latent`, without rounding, because each build computes them by itself.
+/// Initial state and measurements of a plant, exact without rounding, because each build computes them.
 template <class State>
 State begun(State state, int plant) {
   for (int r = 0; r < 3; ++r) state.z[r] = 0.0625F * static_cast<float>(plant + 1) - static_cast<float>(r);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The integrators of what is not linear: orders of convergence, and the closed forms that the exponential scheme must
-// keep.
+// Integrators of nonlinear parts: orders of convergence, and closed forms that the exponential scheme must reproduce.
 #include <nlo/explicit_rk.h>
 #include <nlo/exponential_rk.h>
 
@@ -12,12 +11,12 @@
 namespace nlo {
 namespace {
 
-/// log2 of how much the error falls when the step is halved.
+/// Order of convergence: log2 of the factor by which the error falls if the step is halved.
 double order(double coarse, double fine) {
   return std::log2(coarse / fine);
 }
 
-// How far a measured order may be from the method's, at steps where the leading term dominates.
+// Largest difference of a measured order from that of the method, at steps where the leading term dominates.
 constexpr double kOrderTolerance = 0.15;
 
 /// z1' = z2, z2' = -sin(z1) - 0.2 z2 + cos(t) from (1, 0) to t = 2.
@@ -50,13 +49,13 @@ TEST(ExplicitRk, ConvergesAtTheOrderOfItsTableau) {
   EXPECT_NEAR(measured_order(kRk4<double>), kRk4<double>.order, kOrderTolerance);
 }
 
-TEST(ExplicitRk, OrderNoticesAWrongCoefficient) {
-  auto spoilt = kRk4<double>;
-  spoilt.a[2][1] = 0.49;
-  EXPECT_LT(measured_order(spoilt), 3.0);
+TEST(ExplicitRk, OrderDetectsAWrongCoefficient) {
+  auto altered = kRk4<double>;
+  altered.a[2][1] = 0.49;
+  EXPECT_LT(measured_order(altered), 3.0);
 }
 
-TEST(ExplicitRk, GapsAreStepsOfAboutOneSamplePeriod) {
+TEST(ExplicitRk, DividesGapsIntoStepsOfAboutOneSamplePeriod) {
   EXPECT_EQ(pieces_of(0.001, 0.02), 1);
   EXPECT_EQ(pieces_of(0.02, 0.02), 1);
   EXPECT_EQ(pieces_of(0.0299, 0.02), 1);
@@ -68,8 +67,9 @@ TEST(ExplicitRk, GapsAreStepsOfAboutOneSamplePeriod) {
 
 using Cd = std::complex<double>;
 
-TEST(ForcedPhi, MeetsItsClosedForms) {
-  // (exp(w) - 1 - w - w^2 / 2) / w^3 loses 1 / |w|^3 roundings to cancellation; 2 (1 + |w|) are the functions' own.
+TEST(ForcedPhi, AgreesWithItsClosedForms) {
+  // (exp(w) - 1 - w - w^2 / 2) / w^3 loses 1 / |w|^3 roundings to cancellation; the functions themselves contribute 2
+  // (1 + |w|).
   for (const Cd w : {Cd(-0.7, 0.0), Cd(-1.3, 2.0), Cd(-9.0, 0.0), Cd(-40.0, 30.0), Cd(-0.5, -0.5), Cd(-700.0, 0.0)}) {
     const auto p = ForcedPhi<double>::at({w.real(), w.imag()});
     const Cd phi1 = (std::exp(w) - 1.0) / w, phi2 = (phi1 - 1.0) / w, phi3 = (phi2 - 0.5) / w;
@@ -90,12 +90,12 @@ struct Forced {
   double injection[3][1] = {{2.0}, {-3.0}, {6.0}};
 
   /// z(2) from (1, 0, -1) with y = 0.3 t, a ramp for any step, and a slope N that couples all modes.
-  ///   spoil  times one of the scheme's weights
-  void run(int steps, double (&z)[3], double spoil = 1.0) const {
+  ///   weight_factor  factor on one weight of the scheme
+  void run(int steps, double (&z)[3], double weight_factor = 1.0) const {
     const double h = 2.0 / steps;
     const auto step = discretise<1>(Hold::kFirstOrder, eigenvalues, injection, h);
     auto forced = forced_step<1>(Hold::kFirstOrder, eigenvalues, injection, h);
-    for (double& weight : forced.weights.stage3_2.values) weight *= spoil;
+    for (double& weight : forced.weights.stage3_2.values) weight *= weight_factor;
     z[0] = 1.0;
     z[1] = 0.0;
     z[2] = -1.0;
@@ -110,10 +110,10 @@ struct Forced {
     }
   }
 
-  double error(int steps, double spoil = 1.0) const {
+  double error(int steps, double weight_factor = 1.0) const {
     double exact[3], z[3];
     run(2048, exact);
-    run(steps, z, spoil);
+    run(steps, z, weight_factor);
     return std::hypot(z[0] - exact[0], std::hypot(z[1] - exact[1], z[2] - exact[2]));
   }
 };
@@ -123,8 +123,8 @@ TEST(ExponentialRk, ConvergesAtOrderFour) {
   EXPECT_NEAR(order(forced.error(64), forced.error(128)), 4.0, kOrderTolerance);
 }
 
-TEST(ExponentialRk, MeetsRungeKuttaInTheLimit) {
-  constexpr double kTolerance = 1e-9;  // both at order 4, steps of 1 ms: (6e-3)^4 / 120 a second
+TEST(ExponentialRk, AgreesWithRungeKuttaForSmallSteps) {
+  constexpr double kTolerance = 1e-9;  // both of order 4 with steps of 1 ms: (6e-3)^4 / 120 a second
   const Forced forced;
   double z[3], plain[3] = {1.0, 0.0, -1.0};
   forced.run(2000, z);
@@ -140,15 +140,15 @@ TEST(ExponentialRk, MeetsRungeKuttaInTheLimit) {
   for (int r = 0; r < 3; ++r) EXPECT_NEAR(z[r], plain[r], kTolerance);
 }
 
-TEST(ExponentialRk, OrderNoticesAWrongWeight) {
+TEST(ExponentialRk, OrderDetectsAWrongWeight) {
   const Forced forced;
-  constexpr double kSpoil = 1.005;
-  EXPECT_LT(order(forced.error(64, kSpoil), forced.error(128, kSpoil)), 3.0);
+  constexpr double kWeightFactor = 1.005;
+  EXPECT_LT(order(forced.error(64, kWeightFactor), forced.error(128, kWeightFactor)), 3.0);
 }
 
 TEST(ExponentialRk, ConstantForcingIsExactForAnyPole) {
-  // z' = lambda z + n: z+ = z + (exp(lambda h) - 1) (z + n / lambda). An integrating factor is 70 % off at lambda h =
-  // -10.
+  // z' = lambda z + n: z+ = z + (exp(lambda h) - 1) (z + n / lambda). An integrating factor would be wrong by 70 % at
+  // lambda h = -10.
   constexpr double kTolerance = 1e-14;
   for (const double lambda : {-0.01, -1.0, -10.0, -200.0}) {
     const double eigenvalues[1] = {lambda}, injection[1][1] = {{0.0}}, y[1] = {0.0};
@@ -160,7 +160,7 @@ TEST(ExponentialRk, ConstantForcingIsExactForAnyPole) {
   }
 }
 
-TEST(ExponentialRk, WithoutForcingIsTheLinearRecurrence) {
+TEST(ExponentialRk, WithoutForcingEqualsTheLinearRecurrence) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
     const Forced f;
     const auto step = discretise<1>(hold, f.eigenvalues, f.injection, 0.02);

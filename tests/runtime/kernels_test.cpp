@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The dense layers against plain loops: every pair of awkward sizes, hidden and last, float, double and weights of 16
-// bits; nothing read or written outside, zeros where they must be. Compiled for several instruction sets.
+// Dense layers compared with plain loops: each pair of awkward sizes, hidden and last layers, float, double and 16-bit
+// weights. Nothing is read or written outside, and padding is zero. Compiled for several instruction sets.
 #include <nlo/kernels/weight.h>
 #include <nlo/mlp.h>
 
@@ -28,8 +28,8 @@ T random_value(std::mt19937& random) {
   return T(testing::uniform<typename ComputesIn<T>::Type>(random, -1, 1));
 }
 
-/// n random scalars that end where the allocation ends (a sanitizer sees what is read beyond), zeros behind the first
-/// `filled` of them.
+/// n random scalars that end where the allocation ends, so that a sanitizer detects reads beyond; zeros after the first
+/// `filled`.
 template <class Scalar>
 std::vector<Scalar> padded_values(int n, int filled, std::mt19937& random) {
   std::vector<Scalar> values(static_cast<std::size_t>(n));
@@ -37,7 +37,7 @@ std::vector<Scalar> padded_values(int n, int filled, std::mt19937& random) {
   return values;
 }
 
-/// Result of the plain loop, and a bound of the rounding by another order of summation.
+/// Result of the plain loop, and a bound of the rounding error for another order of summation.
 struct Expected {
   double value;
   double rounding;
@@ -69,7 +69,7 @@ Dense<Weight, kIn, kOut> random_layer(std::mt19937& random) {
   return layer;
 }
 
-/// One layer by its kernel, hidden with activation kKind or last, against plain loops.
+/// Compares one layer of the kernel, hidden with activation kKind or last, with plain loops.
 template <class Weight, Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 void check_layer(double (*activation)(double), double slack) {
   using Scalar = typename ComputesIn<Weight>::Type;
@@ -111,9 +111,9 @@ void check_shape() {
   check_layer<Weight, Activation::kRelu, kArithmetic, true, kIn, kOut>(relu, 0.0);
 }
 
-// Inputs: none, one or several runs of them, with and without some left over. Outputs: every part of the layout alone
-// and with the others, one tile and several, of one size and of two. Other types of weights: the code that they change.
-TYPED_TEST(Kernels, MeetAPlainLoopAndStayInBounds) {
+// Inputs: none, one or several blocks of them, with and without a remainder. Outputs: each part of the layout alone and
+// with others, one and several tiles, of one size and of two. Other types of weights: the code that depends on them.
+TYPED_TEST(Kernels, AgreeWithAPlainLoopAndStayInBounds) {
   constexpr auto kFast = Arithmetic::kFast;
   check_shape<TypeParam, kFast, 3, 50>();
   check_shape<TypeParam, kFast, 17, 15>();
@@ -132,7 +132,7 @@ TYPED_TEST(Kernels, MeetAPlainLoopAndStayInBounds) {
   }
 }
 
-/// Outputs in every part of the layout, of few inputs and of many.
+/// Outputs in each part of the layout, with few inputs and with many.
 template <class Weight, Activation kKind, Arithmetic kArithmetic>
 void check_activation(double (*activation)(double), double slack) {
   check_layer<Weight, kKind, kArithmetic, false, 7, 50>(activation, slack);
@@ -148,8 +148,8 @@ TYPED_TEST(Kernels, ApplyTheActivationToEveryOutput) {
   check_activation<TypeParam, Activation::kTanh5e5, kFast>(exact_tanh, kTanh5e5MaxError);
 }
 
-/// A network whose inputs are no multiple of a vector reads nothing behind them.
-TYPED_TEST(Kernels, NetworksTakeInputsOfAnyNumber) {
+/// A network whose number of inputs is not a multiple of the vector length reads nothing after them.
+TYPED_TEST(Kernels, NetworksAcceptAnyNumberOfInputs) {
   using Scalar = typename ComputesIn<TypeParam>::Type;
   std::mt19937 random(1);
   const auto first = random_layer<TypeParam, 17, 5>(random);
@@ -159,13 +159,14 @@ TYPED_TEST(Kernels, NetworksTakeInputsOfAnyNumber) {
   make_mlp<Activation::kRelu>(first, last).evaluate(in.data(), out);
   for (int o = 0; o < 5; ++o) hidden[o] = static_cast<Scalar>(relu(plain(first, o, in.data()).value));
   for (int o = 0; o < 2; ++o) {
-    constexpr double kRounding = 1e-5;  // some 100 units of float of sums of a few
+    constexpr double kRounding = 1e-5;  // about 100 rounding units of float for sums of a few units
     EXPECT_NEAR(static_cast<double>(out[o]), plain(last, o, hidden).value, kRounding);
   }
 }
 
-// The policy of one order: sums of every output from bias on, input by input, each operation rounded by itself.
-TYPED_TEST(Kernels, OfTheDeterministicPolicySumInTheOrderOfTheInputs) {
+// The policy with one order: each output is summed from the bias on, input by input, and each operation rounds
+// separately.
+TYPED_TEST(Kernels, OfTheDeterministicPolicyAddInTheOrderOfInputs) {
   using Scalar = typename ComputesIn<TypeParam>::Type;
   constexpr int kIn = 37, kOut = 61;
   std::mt19937 random(2);
@@ -192,7 +193,7 @@ void expect_a_layout_without_collisions() {
     const int first = Layout::weight_position(o, 0), step = Layout::weight_position(o, 1) - first;
     for (int i = 0; i < kIn; ++i) {
       ++uses.at(static_cast<std::size_t>(Layout::weight_position(o, i)));
-      EXPECT_EQ(Layout::weight_position(o, i), first + i * step) << "what pack() rests on";
+      EXPECT_EQ(Layout::weight_position(o, i), first + i * step) << "pack() relies on this";
     }
   }
   EXPECT_EQ(std::count(uses.begin(), uses.end(), 1), kIn * kOut);
@@ -222,7 +223,7 @@ TEST(Layout, IsTheSameForGeneratorsAndCompilers) {
   EXPECT_TRUE(std::equal(std::begin(want.bias), std::end(want.bias), std::begin(got.bias)));
 }
 
-/// Every 16-bit pattern that is a number comes back from float unchanged.
+/// Counts the 16-bit patterns of numbers that change when converted to float and back.
 template <class Half>
 std::size_t numbers_changed() {
   std::size_t changed = 0;
@@ -237,7 +238,7 @@ std::size_t numbers_changed() {
   return changed;
 }
 
-TEST(Weight, EveryNumberOf16BitsIsExactInFloatAndComesBack) {
+TEST(Weight, EveryNumberOf16BitsIsExactInFloat) {
   EXPECT_EQ(numbers_changed<Bfloat16>(), 0U);
   EXPECT_EQ(numbers_changed<Float16>(), 0U);
   static_assert(static_cast<float>(Float16(0x1p-24F)) == 0x1p-24F);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A batch of plants against as many observers: what comes out is the same, fault by fault.
+// A batch of plants compared with as many single observers: the results are equal, also after each kind of fault.
 #include <nlo/kkl_batch.h>
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace nlo {
 namespace {
 
-/// The random observer of the benchmarks, with a narrow range to be clamped to.
+/// The random observer of the benchmarks, with a narrow range so that readings are clamped.
 template <Activation kKind>
 constexpr auto model() {
   auto m = bench::random_kkl_model<kKind, 20, 2>();
@@ -31,8 +31,8 @@ float off() {
                                          KklObserver<Model, kArithmetic>{kModel}, testing::AnyMeasurement{});
 }
 
-TEST(KklBatch, AnswersAsAnObserverPerPlantWould) {
-  constexpr float kOtherOrder = 2e-5F;  // sums of some 20 terms below 3 in another order, through three layers
+TEST(KklBatch, EqualsOneObserverPerPlant) {
+  constexpr float kOtherOrder = 2e-5F;  // sums of about 20 terms below 3 in another order, through three layers
   EXPECT_LE((off<1, Arithmetic::kFast>()), kOtherOrder);
   EXPECT_LE((off<7, Arithmetic::kFast>()), kOtherOrder);
   EXPECT_LE((off<32, Arithmetic::kFast>()), kOtherOrder);
@@ -44,7 +44,7 @@ TEST(KklBatch, GivesTheBitsOfTheDeterministicObserver) {
   EXPECT_EQ((off<45, Arithmetic::kDeterministic>()), 0.0F);
 }
 
-TEST(KklBatch, TakesAPlantInAndLetsItOut) {
+TEST(KklBatch, ExchangesAPlantWithASingleObserver) {
   static constexpr auto kModel = model<Activation::kRelu>();
   using Model = std::remove_cvref_t<decltype(kModel)>;
   KklObserver<Model> observer{kModel};
@@ -60,7 +60,7 @@ TEST(KklBatch, TakesAPlantInAndLetsItOut) {
   EXPECT_EQ(batch.save(1).started, 0);
 }
 
-/// 32 plants that have been given y = 0.2 for four samples.
+/// 32 plants after four samples of y = 0.2.
 template <class Model>
 auto resting_batch(const Model& model) {
   testing::UpsetBatch<KklBatch<Model, 32>> batch{model};
@@ -70,14 +70,14 @@ auto resting_batch(const Model& model) {
   return batch;
 }
 
-TEST(KklBatch, APlantWithACorruptedZOrYIsOutOfItsDomainAndRestartsAlone) {
+TEST(KklBatch, OnlyAPlantWithACorruptedZOrYLeavesItsDomainAndRestarts) {
   static constexpr auto kModel = model<Activation::kTanh>();
   float y[1][32];
   for (float& value : y[0]) value = 0.2F;
   for (const bool of_z : {true, false}) {
     auto batch = resting_batch(kModel);
     EXPECT_TRUE(batch.in_domain(7));
-    of_z ? batch.spoil_z(1, 7, std::numeric_limits<double>::quiet_NaN()) : batch.spoil_y(0, 7, 3e38);
+    of_z ? batch.corrupt_z(1, 7, std::numeric_limits<double>::quiet_NaN()) : batch.corrupt_y(0, 7, 3e38);
     EXPECT_FALSE(batch.in_domain(7));
     EXPECT_EQ(batch.step(y), StepStatus::kReset);
     for (int plant = 0; plant < 32; ++plant)
@@ -88,19 +88,19 @@ TEST(KklBatch, APlantWithACorruptedZOrYIsOutOfItsDomainAndRestartsAlone) {
 TEST(KklBatch, APlantFarFromTrainingIsOutOfItsDomain) {
   static constexpr auto kModel = model<Activation::kTanh>();
   auto batch = resting_batch(kModel);
-  batch.spoil_z(0, 3, 1e6);
+  batch.corrupt_z(0, 3, 1e6);
   EXPECT_FALSE(batch.in_domain(3));
   EXPECT_TRUE(batch.in_domain(4));
 }
 
-TEST(KklBatch, NoZStaysSubnormal) {
+TEST(KklBatch, FlushesSubnormalZ) {
   static constexpr auto kModel = model<Activation::kTanh>();
   auto batch = resting_batch(kModel);
   for (int r = 0; r < 3; ++r) {
-    batch.spoil_z(r, 3, 1e-36);
-    batch.spoil_z(r, 4, -1e-36);
+    batch.corrupt_z(r, 3, 1e-36);
+    batch.corrupt_z(r, 4, -1e-36);
   }
-  for (const int plant : {3, 4}) batch.spoil_y(0, plant, 0.0);
+  for (const int plant : {3, 4}) batch.corrupt_y(0, plant, 0.0);
   float y[1][32];
   for (int plant = 0; plant < 32; ++plant) y[0][plant] = plant == 3 || plant == 4 ? 0.0F : 0.2F;
   ASSERT_EQ(batch.step(y), StepStatus::kOk);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// KklObserver: starting, stepping over any time step, what it keeps and gives back.
+// KklObserver: starts, steps over any time, saved and restored states.
 #include <nlo/kkl_observer.h>
 
 #include <gtest/gtest.h>
@@ -24,17 +24,18 @@ using Model = testing::PairModel<float>;
 using Observer = KklObserver<Model>;
 using DoubleObserver = KklObserver<testing::PairModel<double>>;
 
-// Coefficients of one step, rounded once, against the same from other (exactly equal) arguments: some eps of |z| ~ 5.
+// Coefficients of one step, rounded once, compared with those from other (exactly equal) arguments: a few eps of |z| ~
+// 5.
 constexpr double kRounding = 20 * std::numeric_limits<double>::epsilon() * 5;
 
-// A pointer, z, y, three flags.
+// A pointer, z, y and three flags.
 static_assert(sizeof(Observer::State) == 20);
 static_assert(sizeof(Observer) <= 32);
 static_assert(std::is_trivially_copyable_v<Observer::State>);
 static_assert(std::is_trivially_destructible_v<Observer>);
 static_assert(!std::is_constructible_v<Observer, Model>, "a temporary model would dangle");
 
-// Constant-evaluated: no undefined behaviour on this path, and observers can be `constinit`.
+// Evaluated at compile time: no undefined behaviour on this path, and observers can be `constinit`.
 constexpr bool steps_at_compile_time() {
   Observer observer(kModel);
   bool good = observer.step(1.0F) == StepStatus::kOk && observer.latent()[0] == kModel.latent.initial[0];
@@ -58,7 +59,7 @@ TEST(KklObserver, IsAConstantInitialisedGlobal) {
   EXPECT_EQ(global_observer.latent()[2], -0.5F);
 }
 
-TEST(KklObserver, OnlyStartsAtTheFirstMeasurement) {
+TEST(KklObserver, TheFirstMeasurementOnlyStartsIt) {
   Observer observer(kModel);
   EXPECT_EQ(observer.step(3.0F), StepStatus::kOk);
   for (int r = 0; r < 3; ++r) EXPECT_EQ(observer.latent()[r], kModel.latent.initial[r]);
@@ -66,7 +67,7 @@ TEST(KklObserver, OnlyStartsAtTheFirstMeasurement) {
   EXPECT_EQ(observer.save().started, 1);
 }
 
-TEST(KklObserver, StartsInTheSteadyStateOfTheFirstMeasurementWhereTheModelSaysSo) {
+TEST(KklObserver, StartsInTheSteadyStateOfTheFirstMeasurementIfTheModelDoes) {
   Observer observer(kSteadyModel);
   EXPECT_EQ(observer.step(3.0F), StepStatus::kOk);
   for (int r = 0; r < 3; ++r) {
@@ -74,7 +75,7 @@ TEST(KklObserver, StartsInTheSteadyStateOfTheFirstMeasurementWhereTheModelSaysSo
   }
 }
 
-TEST(KklObserver, RestsAtTheSteadyStateOfAConstant) {
+TEST(KklObserver, StaysInTheSteadyStateOfAConstant) {
   auto model = kDoubleModel;
   for (double& z : model.latent.initial) z = 0.0;
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
@@ -92,7 +93,7 @@ TEST(KklObserver, RestsAtTheSteadyStateOfAConstant) {
   }
 }
 
-TEST(KklObserver, WarmStartDropsThePast) {
+TEST(KklObserver, WarmStartForgetsThePast) {
   Observer used(kModel), fresh(kModel);
   for (int k = 0; k < 50; ++k) ASSERT_EQ(used.step(0.1F * static_cast<float>(k)), StepStatus::kOk);
   (void)used.step(kNan);
@@ -101,7 +102,7 @@ TEST(KklObserver, WarmStartDropsThePast) {
   EXPECT_TRUE(same_bits(used.save(), fresh.save()));
 }
 
-TEST(KklObserver, WarmStartOnABadMeasurementChangesNothingButTheFlags) {
+TEST(KklObserver, WarmStartOnABadMeasurementChangesOnlyTheFlags) {
   Observer observer(kModel);
   for (int k = 0; k < 50; ++k) ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   const auto before = observer.save();
@@ -111,7 +112,7 @@ TEST(KklObserver, WarmStartOnABadMeasurementChangesNothingButTheFlags) {
   EXPECT_EQ(observer.save().y[0], 10.0F);
 }
 
-TEST(KklObserver, ResetDropsThePast) {
+TEST(KklObserver, ResetForgetsThePast) {
   Observer observer(kModel);
   const auto fresh = observer.save();
   for (const float y : {1.0F, 99.0F, kNan, kNan, kNan, kNan}) (void)observer.step(y);
@@ -120,7 +121,7 @@ TEST(KklObserver, ResetDropsThePast) {
   EXPECT_TRUE(same_bits(observer.save(), fresh));
 }
 
-TEST(KklObserver, ResetToAGivenStateStepsOnFromThere) {
+TEST(KklObserver, ResetToAGivenStateContinuesFromIt) {
   Observer observer(kModel);
   ASSERT_TRUE(observer.reset({{1.0F, 2.0F, 3.0F}}, {{4.0F}}));
   float z[3] = {1.0F, 2.0F, 3.0F};
@@ -137,11 +138,11 @@ TEST(KklObserver, ResetRefusesValuesThatAreNotFiniteOrOutOfRange) {
   EXPECT_FALSE(observer.reset({{1.0F, kNan, 3.0F}}, {{4.0F}}));
   EXPECT_FALSE(observer.reset({{1.0F, 2.0F, 3.0F}}, {{kNan}}));
   EXPECT_FALSE(observer.reset({{1.0F, 2.0F, 3.0F}}, {{10.5F}}));
-  EXPECT_FALSE(observer.reset({{3e38F, 3e38F, 0.0F}}, {{1.0F}}));  // a pair this large overflows as it turns
+  EXPECT_FALSE(observer.reset({{3e38F, 3e38F, 0.0F}}, {{1.0F}}));  // so large a pair overflows when it rotates
   EXPECT_TRUE(same_bits(observer.save(), before));
 }
 
-TEST(KklObserver, StepsOverTheSamplePeriodAsOverThatTimeStep) {
+TEST(KklObserver, StepEqualsAStepOverTheSamplePeriod) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
     const auto model = pair_model<double>(hold);
     DoubleObserver plain(model), timed(model);
@@ -159,12 +160,12 @@ TEST(KklObserver, TheDomainOfARelativeOutputAppliesToZMinusItsSteadyState) {
     auto model = testing::pair_model<double>(Hold::kFirstOrder, true);
     model.latent.relative[0] = relative;
     KklObserver observer{model};
-    ASSERT_EQ(observer.step(9.0), StepStatus::kOk);  // S y = (2.2, 8.1, 4.5); the box is +-5
+    ASSERT_EQ(observer.step(9.0), StepStatus::kOk);  // S y = (2.2, 8.1, 4.5); the range of z is +-5
     EXPECT_EQ(observer.in_domain(), relative);
   }
 }
 
-TEST(KklObserver, GoesTwoHalfStepsAsOneWholeOnARamp) {
+TEST(KklObserver, TwoHalfStepsEqualOneStepOnARamp) {
   DoubleObserver whole(kDoubleModel), halves(kDoubleModel);
   ASSERT_EQ(whole.step(-1.0), StepStatus::kOk);
   ASSERT_EQ(halves.step(-1.0), StepStatus::kOk);
@@ -182,11 +183,11 @@ TEST(KklObserver, BridgesAGapOnARampInOneStep) {
   ASSERT_EQ(stepped.step(0.0), StepStatus::kOk);
   ASSERT_EQ(bridged.step(0.0), StepStatus::kOk);
   for (int k = 1; k <= 40; ++k) ASSERT_EQ(stepped.step(0.1 * k), StepStatus::kOk);
-  ASSERT_EQ(bridged.step(4.0, 40 * kDoubleModel.sample_period_s), StepStatus::kStale) << "39 samples are missed";
+  ASSERT_EQ(bridged.step(4.0, 40 * kDoubleModel.sample_period_s), StepStatus::kStale) << "39 samples were missed";
   for (int r = 0; r < 3; ++r) EXPECT_NEAR(stepped.latent()[r], bridged.latent()[r], 10 * kRounding);
 }
 
-TEST(KklObserver, TakesTheExactRampForOddTimeStepsOfAnRk4Model) {
+TEST(KklObserver, UsesTheExactRampForIrregularStepsOfAnRk4Model) {
   const auto rk4 = pair_model<double>(Hold::kRk4);
   DoubleObserver observer(rk4), exact(kDoubleModel);
   for (int k = 0; k < 10; ++k) {  // lambda dt = -10: the Runge-Kutta polynomial would be 291
@@ -196,15 +197,15 @@ TEST(KklObserver, TakesTheExactRampForOddTimeStepsOfAnRk4Model) {
   EXPECT_TRUE(same_bits(observer.save(), exact.save()));
 }
 
-TEST(KklObserver, RefusesDamagedStates) {
+TEST(KklObserver, RefusesCorruptedStates) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   const auto good = observer.save();
   const auto refused = [&](auto damage) {
     auto state = good;
     damage(state);
-    const bool taken = observer.restore(state);
-    return !taken && same_bits(observer.save(), good);
+    const bool accepted = observer.restore(state);
+    return !accepted && same_bits(observer.save(), good);
   };
   const float inf = std::numeric_limits<float>::infinity();
   for (const float bad : {kNan, inf, -inf, 3e38F, -3e38F}) {
@@ -213,9 +214,9 @@ TEST(KklObserver, RefusesDamagedStates) {
   }
   EXPECT_TRUE(refused([](auto& s) { s.y[0] = 10.001F; }));
   EXPECT_TRUE(refused([](auto& s) { s.started = 2; }));
-  EXPECT_TRUE(refused([](auto& s) { s.started = 0; }));  // y is known only once started
+  EXPECT_TRUE(refused([](auto& s) { s.started = 0; }));  // y is only known after the start
   EXPECT_TRUE(refused([](auto& s) { s.status = static_cast<StepStatus>(8); }));
-  EXPECT_FALSE(refused([](auto&) {}));  // the control: undamaged, it is taken
+  EXPECT_FALSE(refused([](auto&) {}));  // control: the unchanged state is accepted
 }
 
 TEST(KklObserver, ResumesAnUnstartedState) {
@@ -235,7 +236,7 @@ TEST(KklObserver, FlushesALatentStateThatWouldStaySubnormal) {
   for (const float z : observer.latent()) EXPECT_EQ(z, 0.0F);
 }
 
-TEST(KklObserver, KnowsTheBoxOfTraining) {
+TEST(KklObserver, ReportsTheDomainOfTraining) {
   Observer observer(kModel);
   for (int r = 0; r < 3; ++r) {
     Observer::Latent z{{0.0F, 0.0F, 0.0F}};

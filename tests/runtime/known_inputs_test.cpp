@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Known inputs as readings: the latent system follows y and u exactly, whatever the hold; a bad input is held or
-// clamped as a bad output is; a batch gives what as many observers give.
+// Known inputs as readings: the latent system follows y and u exactly with each hold; a bad input is held or clamped
+// like a bad output; a batch equals as many single observers.
 #include <nlo/general_observer.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/luenberger_observer.h>
@@ -20,7 +20,7 @@ using testing::identity_map;
 
 constexpr double kMissed = std::numeric_limits<double>::quiet_NaN();
 
-/// y' = row 0, u' = row 1: one real mode each, unit gain, T* = z.
+/// y drives row 0 and u row 1: one real mode each with unit gain, T* = z.
 template <class Scalar, Hold kInputHold>
 using TwoModes = KklModel<Scalar, 2, 1, 2, 0, decltype(identity_map<Scalar, 2>()), 1, kInputHold>;
 
@@ -46,17 +46,17 @@ constexpr TwoModes<Scalar, kInputHold> two_modes(Hold hold, bool starts_steady =
   return m;
 }
 
-/// z over h under a constant u: z' = -3 z + 3 u.
+/// z over h with constant u: z' = -3 z + 3 u.
 double held(double z, double u, double h) {
   return u + (z - u) * std::exp(-3.0 * h);
 }
 
 TEST(KnownInputs, ACommandActsOverTheIntervalBeforeItsSampleExactly) {
-  // For any hold of y, RK4's coefficients are exact only to its order: h^5 lambda^5 / 120 = 6e-7 a step.
+  // For each hold of y. RK4's coefficients are exact only to its order: h^5 lambda^5 / 120 = 6e-7 a step.
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
     const auto model = two_modes<double, Hold::kZeroOrder>(hold);
     KklObserver observer(model);
-    ASSERT_EQ(observer.step(0.0, 7.0), StepStatus::kOk);  // starts it
+    ASSERT_EQ(observer.step(0.0, 7.0), StepStatus::kOk);  // starts the observer
     double z = 0.0;
     for (int k = 0; k < 40; ++k) {
       const double u = k % 7 - 3.0;
@@ -67,7 +67,7 @@ TEST(KnownInputs, ACommandActsOverTheIntervalBeforeItsSampleExactly) {
   }
 }
 
-TEST(KnownInputs, ACommandActsOverAnIrregularStepToo) {
+TEST(KnownInputs, ACommandAlsoActsOverAnIrregularStep) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
   ASSERT_EQ(observer.step(0.0, 0.0), StepStatus::kOk);
@@ -75,7 +75,7 @@ TEST(KnownInputs, ACommandActsOverAnIrregularStepToo) {
   EXPECT_NEAR(observer.latent()[1], held(0.0, 5.0, 0.12), 1e-14);
 }
 
-TEST(KnownInputs, AMeasuredInputIsARampAsTheOutputsAre) {
+TEST(KnownInputs, AMeasuredInputIsARampLikeTheOutputs) {
   const auto model = two_modes<double, Hold::kFirstOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
   // z' = 3 (u - z), u = t: z = t - 1/3 + exp(-3 t) / 3 from 0.
@@ -87,20 +87,20 @@ TEST(KnownInputs, AMeasuredInputIsARampAsTheOutputsAre) {
 TEST(KnownInputs, ABadInputIsHeldOrClampedAndCounted) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
-  EXPECT_EQ(observer.step(0.0, kMissed), StepStatus::kHeld);  // nothing to start from
+  EXPECT_EQ(observer.step(0.0, kMissed), StepStatus::kHeld);  // no value to start from
   ASSERT_EQ(observer.step(0.0, 4.0), StepStatus::kOk);
   EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
-  EXPECT_NEAR(observer.latent()[1], held(0.0, 4.0, 0.05), 1e-14);  // the 4 V of before
-  EXPECT_EQ(observer.save().y[0], 1.0);                            // y is as good as it was
+  EXPECT_NEAR(observer.latent()[1], held(0.0, 4.0, 0.05), 1e-14);  // the last good input, 4 V
+  EXPECT_EQ(observer.save().y[0], 1.0);                            // y is still used
   EXPECT_EQ(observer.step(1.0, 50.0), StepStatus::kClamped);
   EXPECT_EQ(observer.save().y[1], 10.0);
-  EXPECT_EQ(observer.step_missed({{2.0}}), StepStatus::kHeld);  // the command is known all the same
+  EXPECT_EQ(observer.step_missed({{2.0}}), StepStatus::kHeld);  // the command is still known
   EXPECT_EQ(observer.save().y[1], 2.0);
   for (int k = 0; k < 2; ++k) EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
   EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kStale);
 }
 
-/// Three outputs and inputs together, of which kNu are inputs: one real mode each, unit gain, T* = z.
+/// Three readings, kNu of which are inputs: one real mode each with unit gain, T* = z.
 template <int kNu>
 using ThreeModes = KklModel<double, 3, 3 - kNu, 3, 0, decltype(identity_map<double, 3>()), kNu>;
 
@@ -140,7 +140,7 @@ TEST(KnownInputs, ASingleInputOrOutputNeedsNoBraces) {
   for (int r = 0; r < 3; ++r) EXPECT_EQ(all_braces.latent()[r], scalar_output.latent()[r]);
 }
 
-TEST(KnownInputs, AWarmStartIsTheSteadyStateOfBoth) {
+TEST(KnownInputs, AWarmStartIsTheSteadyStateOfOutputsAndInputs) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder, true);
   KklObserver observer(model);
   ASSERT_EQ(observer.step(2.0, -4.0), StepStatus::kOk);
@@ -151,7 +151,7 @@ TEST(KnownInputs, AWarmStartIsTheSteadyStateOfBoth) {
   EXPECT_DOUBLE_EQ(observer.latent()[1], 3.0);
 }
 
-TEST(KnownInputs, AStateWithAnImpossibleInputIsRefused) {
+TEST(KnownInputs, RefusesAStateWithAnImpossibleInput) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
   ASSERT_TRUE(observer.reset({{0.5, 0.5}}, {{1.0}}, {{2.0}}));
@@ -179,7 +179,7 @@ float batch_off_observers() {
       });
 }
 
-TEST(KnownInputs, ABatchEqualsAsManyObservers) {
+TEST(KnownInputs, ABatchEqualsSingleObservers) {
   EXPECT_EQ(batch_off_observers<Hold::kZeroOrder>(), 0.0F);
   EXPECT_EQ(batch_off_observers<Hold::kFirstOrder>(), 0.0F);
 }
@@ -198,7 +198,7 @@ Model sampled_at_100_hz() {
   return m;
 }
 
-/// A map of kIn values to one: their weighted sum.
+/// A linear map of kIn values to their weighted sum.
 template <int kIn>
 constexpr auto sum_of(const double (&weights)[kIn]) {
   Dense<double, kIn, 1> layer{};
@@ -207,7 +207,7 @@ constexpr auto sum_of(const double (&weights)[kIn]) {
 }
 
 TEST(KnownInputs, ALuenbergerObserverFollowsAPlantThatItsInputDrives) {
-  // x' = -x + 2 u, y = x: with B = 2 the error is that of the start alone, exp(-(1 + G) t).
+  // x' = -x + 2 u, y = x: with B = 2 only the initial error remains, exp(-(1 + G) t).
   using Map = decltype(sum_of<1>({0.0}));
   auto m = sampled_at_100_hz<LuenbergerModel<double, 1, 1, Map, 1>>();
   m.error_matrix[0][0] = -1.0 - 4.0;
@@ -221,10 +221,10 @@ TEST(KnownInputs, ALuenbergerObserverFollowsAPlantThatItsInputDrives) {
     if (k > 0) x = 2.0 * u + (x - 2.0 * u) * std::exp(-0.01);
     ASSERT_EQ(observer.step(x, u), StepStatus::kOk);
   }
-  EXPECT_NEAR(observer.estimate()[0], x, 3e-5);  // y is a ramp between samples, and x is not: h^2 x'' / 12
+  EXPECT_NEAR(observer.estimate()[0], x, 3e-5);  // linear interpolation of y between samples errs by h^2 x'' / 12
 }
 
-TEST(KnownInputs, AGeneralObserverIsGivenThemBehindTheOutputs) {
+TEST(KnownInputs, AGeneralObserverReadsThemAfterTheOutputs) {
   // F = -z + 10 u reads [z; y; u].
   using Dynamics = decltype(sum_of<3>({0.0, 0.0, 0.0}));
   using Map = decltype(sum_of<1>({0.0}));

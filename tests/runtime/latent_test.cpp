@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The latent recurrence: its coefficients against long double, closed forms, matrix exponentials and Runge-Kutta stages
-// done by hand, and its orders of convergence.
+// The latent recurrence: its coefficients compared with long double, closed forms, matrix exponentials and explicit
+// Runge-Kutta stages, and its orders of convergence.
 #include <nlo/exponential_rk.h>
 #include <nlo/latent.h>
 
@@ -21,7 +21,7 @@ namespace {
 using Long = std::complex<long double>;
 using Mode = std::complex<double>;
 
-/// exp(w) - 1, phi_1, phi_2 in long double: series for small w, the definitions elsewhere.
+/// exp(w) - 1, phi_1, phi_2 in long double: series for small w, definitions elsewhere.
 struct Exact {
   Long exp_minus_1, phi1, phi2;
   explicit Exact(Long w) {
@@ -62,7 +62,7 @@ TYPED_TEST(PhiFunctions, AreWithinThreeRoundingUnitsOnTheNegativeAxis) {
   }
 }
 
-TYPED_TEST(PhiFunctions, AreAsGoodAsTheirConditionInTheLeftHalfPlane) {
+TYPED_TEST(PhiFunctions, HaveTheAccuracyOfTheirConditionInTheLeftHalfPlane) {
   using T = TypeParam;
   const long double eps = static_cast<long double>(std::numeric_limits<T>::epsilon());
   for (double exponent = -12.0; exponent <= 4.0; exponent += 0.05) {
@@ -73,7 +73,7 @@ TYPED_TEST(PhiFunctions, AreAsGoodAsTheirConditionInTheLeftHalfPlane) {
       const Long exact_w(static_cast<long double>(w.re), static_cast<long double>(w.im));
       const auto phi = Phi<T>::at(w);
       const Exact exact(exact_w);
-      // exp(w) - 1 and phi_1 have zeros at 2 pi i k: there the error is relative to the function's size around.
+      // exp(w) - 1 and phi_1 have zeros at 2 pi i k; there the error is relative to the size of the function nearby.
       const long double size = std::abs(exact_w), tolerance = 2 * eps * (1 + size);
       const long double around = size < 1 ? 0 : 1;
       ASSERT_LE(distance(phi.exp_minus_1, exact.exp_minus_1), tolerance * std::max(std::abs(exact.exp_minus_1), around))
@@ -85,7 +85,7 @@ TYPED_TEST(PhiFunctions, AreAsGoodAsTheirConditionInTheLeftHalfPlane) {
   }
 }
 
-TYPED_TEST(PhiFunctions, EndWhateverTheyAreAskedFor) {
+TYPED_TEST(PhiFunctions, TerminateForAnyArgument) {
   using T = TypeParam;
   using Limits = std::numeric_limits<T>;
   for (const T re : {-Limits::infinity(), Limits::infinity(), Limits::quiet_NaN(), Limits::lowest(), Limits::max()}) {
@@ -118,7 +118,7 @@ TYPED_TEST(PhiFunctions, AreTheirLimitsAtZeroAndAtMinusInfinity) {
 constexpr int kNz = 4, kNy = 2, kPairs = 1;
 constexpr double kEigenvalues[kNz] = {-1.5, 4.0, -0.01, -30.0};
 constexpr double kInjection[kNz][kNy] = {{1.0, -0.5}, {0.25, 2.0}, {1.0, 0.0}, {3.0, -1.0}};
-constexpr double kRounding = 1e-14;  // some tens of rounding units of values near 1
+constexpr double kRounding = 1e-14;  // several tens of rounding units of values near 1
 using Latent = Eigen::Matrix<double, kNz, 1>;
 using Output = Eigen::Matrix<double, kNy, 1>;
 
@@ -143,7 +143,7 @@ Latent stepped(Hold hold, double h, const Latent& z0, const Output& y0, const Ou
   return Eigen::Map<Latent>(z);
 }
 
-/// exp of the system [z; y; slope of y].
+/// Exponential of the system [z; y; slope of y].
 Latent by_matrix_exponential(double h, const Latent& z0, const Output& y0, const Output& slope) {
   const Matrices m;
   Eigen::Matrix<double, kNz + 2 * kNy, kNz + 2 * kNy> all;
@@ -160,17 +160,17 @@ Latent by_matrix_exponential(double h, const Latent& z0, const Output& y0, const
 const Latent kZ0(0.5, -1.0, 2.0, 0.25);
 const Output kY0(1.0, -0.75), kY1(0.5, 2.0);
 
-TEST(LatentStep, MeetsTheMatrixExponential) {
+TEST(LatentStep, AgreesWithTheMatrixExponential) {
   for (const double h : {1e-4, 0.004, 0.02, 0.3, 2.0}) {
     const Latent held = by_matrix_exponential(h, kZ0, kY0, Output::Zero());
     const Latent ramp = by_matrix_exponential(h, kZ0, kY0, (kY1 - kY0) / h);
-    const double tolerance = 20 * kRounding;  // the exponential squares, too
+    const double tolerance = 20 * kRounding;  // the exponential also squares
     EXPECT_LT((stepped(Hold::kZeroOrder, h, kZ0, kY0, kY1) - held).cwiseAbs().maxCoeff(), tolerance) << h;
     EXPECT_LT((stepped(Hold::kFirstOrder, h, kZ0, kY0, kY1) - ramp).cwiseAbs().maxCoeff(), tolerance) << h;
   }
 }
 
-/// z' = lambda z + u0 + slope t, solved.
+/// Solution of z' = lambda z + u0 + slope t.
 Mode on_ramp(Mode lambda, Mode z0, Mode u0, Mode slope, double t) {
   const Long l = lambda, b = -Long(slope) / l, a = (b - Long(u0)) / l;
   return Mode((Long(z0) - a) * std::exp(l * static_cast<long double>(t)) + a + b * static_cast<long double>(t));
@@ -196,7 +196,7 @@ TEST(LatentStep, IsExactForConstantsAndRamps) {
   }
 }
 
-TEST(LatentStep, OfRk4IsItsFourStagesDoneByHand) {
+TEST(LatentStep, OfRk4EqualsItsFourStages) {
   const Matrices m;
   for (const double h : {0.001, 0.02, 0.05}) {
     const Output middle = 0.5 * (kY0 + kY1);
@@ -223,7 +223,7 @@ Mode on_sine(Hold hold, Mode lambda, int steps) {
 }
 
 TEST(Hold, HasItsOrderOfConvergence) {
-  constexpr double kSlack = 0.1;  // the next order's share at these steps
+  constexpr double kSlack = 0.1;  // share of the next order at these steps
   for (const Mode lambda : {Mode(-1.5, 2.0), Mode(-3.0, 0.0)}) {
     const auto particular = [&](double t) { return -(lambda * std::sin(t) + std::cos(t)) / (lambda * lambda + 1.0); };
     const Mode exact = (1.0 - particular(0.0)) * std::exp(2.0 * lambda) + particular(2.0);
@@ -232,7 +232,7 @@ TEST(Hold, HasItsOrderOfConvergence) {
     };
     EXPECT_NEAR(order(Hold::kZeroOrder), 1.0, kSlack);
     EXPECT_NEAR(order(Hold::kFirstOrder), 2.0, kSlack);
-    // RK4 on the ramp approaches the exact ramp; against the sine itself both are of the ramp's order.
+    // RK4 on the ramp approaches the exact ramp; compared with the sine, both have the order of the ramp.
     const auto to_ramp = [&](int n) {
       return std::abs(on_sine(Hold::kRk4, lambda, n) - on_sine(Hold::kFirstOrder, lambda, n));
     };

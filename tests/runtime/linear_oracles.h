@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Closed forms of linear systems, by Eigen, whose templates take long to compile: here once, and no more of them than
-// the exponential needs anyway.
+// Closed forms of linear systems with Eigen, whose templates compile slowly: instantiated once here, and only those
+// that the exponential needs.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,11 +10,11 @@ namespace nlo::testing {
 /// e^A
 Eigen::MatrixXd exponential(const Eigen::MatrixXd& a);
 
-/// x with a x = b, and a^-1, for a that has an inverse.
+/// x with a x = b, and a^-1, for an invertible a.
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 
-/// (a^T a)^-1 a^T, for a whose columns are independent.
+/// (a^T a)^-1 a^T, for an a with independent columns.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
 }  // namespace nlo::testing

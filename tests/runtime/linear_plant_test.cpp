@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A linear plant is a free oracle: T solves T A = D T + F C, its pseudo-inverse is a one-layer T*, and the estimation
-// error must fall like exp(max Re(lambda) t), down to rounding.
+// A linear plant has a known solution: T solves T A = D T + F C, its pseudo-inverse is a one-layer T*, and the
+// estimation error must fall like exp(max Re(lambda) t), down to rounding.
 #include <nlo/eigen.h>
 #include <nlo/kkl_observer.h>
 
@@ -38,7 +38,7 @@ Matrix solve_sylvester(const Matrix& p, const Matrix& q, const Matrix& r) {
 template <class Scalar>
 using Model = KklModel<Scalar, 2, 1, 3, 1, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 3, 2>>>>;
 
-/// x1' = x2, x2' = -x1, y = x1, seen by a pair at -2 +- 1.5i and a real mode at -1.
+/// x1' = x2, x2' = -x1, y = x1, with a pair at -2 +- 1.5i and a real mode at -1.
 template <class Scalar>
 struct Oscillator {
   Matrix a = (Matrix(2, 2) << 0, 1, -1, 0).finished(), c = (Matrix(1, 2) << 1, 0).finished();
@@ -47,8 +47,8 @@ struct Oscillator {
   Matrix t;
   Model<Scalar> model{};
 
-  /// `sampled`: T of the sampled plant under a ramp between samples, T Phi = A T + B0 C + B1 C Phi, rather than of the
-  /// continuous one.
+  /// `sampled`: T of the plant sampled with linear interpolation, T Phi = A T + B0 C + B1 C Phi, instead of the
+  /// continuous T.
   Oscillator(double h, bool sampled) {
     model.sample_period_s = static_cast<Scalar>(h);
     model.stale_after = 5;
@@ -111,11 +111,12 @@ double largest(const std::vector<double>& values, double h, double from_s, doubl
 
 TEST(LinearPlant, ErrorFallsAtTheRateOfTheSlowestEigenvalue) {
   constexpr double h = 1e-3;
-  constexpr double kRampError = 2e-3;  // a sine is no ramp: h^2 / 12 = 8e-8, against an error of 1e-4 at 9 s
+  // Linear interpolation of a sine: h^2 / 12 = 8e-8, compared with an error of 1e-4 at 9 s.
+  constexpr double kRampError = 2e-3;
   const Oscillator<double> plant(h, false);
   const auto error = errors(plant.model, h, 12000);
   const double rate = std::log(error[9000] / error[6000]) / 3.0;
-  EXPECT_NEAR(rate, kSlowest, kRampError + 5e-3);  // the faster pair has exp(-6) left at 6 s
+  EXPECT_NEAR(rate, kSlowest, kRampError + 5e-3);  // the faster pair has decayed to exp(-6) at 6 s
   // |T* (z - T x)| <= |T*| |T x0| exp(max Re(lambda) t): D is normal.
   const Matrix inverse = testing::pseudo_inverse(plant.t);
   const double start = (plant.t * Eigen::Vector2d(1.5, -0.5)).norm() * norm_of_two_rows(inverse);
@@ -126,8 +127,8 @@ TEST(LinearPlant, ErrorFallsAtTheRateOfTheSlowestEigenvalue) {
 
 TEST(LinearPlant, ErrorSettlesAtRounding) {
   constexpr double h = 0.02;
-  // Each step rounds |z| ~ 2 by half a unit or so and forgets 1 - exp(-0.02) of what has gathered: at worst 50 steps'
-  // worth, times |T*| ~ 10; the plant's own T is then exact. A continuous T would leave h^2 / 12 = 3e-5.
+  // Each step rounds |z| ~ 2 by about half a unit and forgets 1 - exp(-0.02) of the accumulated error: at worst 50
+  // steps, times |T*| ~ 10; the T of the sampled plant is then exact. A continuous T would leave h^2 / 12 = 3e-5.
   const auto settled = [](double eps) { return 2 * 50 * 10 * eps / 2; };
   const Oscillator<double> plant(h, true);
   const auto error = errors(plant.model, h, 3000);
@@ -135,10 +136,10 @@ TEST(LinearPlant, ErrorSettlesAtRounding) {
   const Oscillator<float> narrow(h, true);
   const auto narrow_error = errors(narrow.model, h, 3000);
   EXPECT_LT(largest(narrow_error, h, 25.0, 60.0), settled(static_cast<double>(std::numeric_limits<float>::epsilon())));
-  EXPECT_GT(narrow_error[0], 0.1);  // the control: it had something to settle from
+  EXPECT_GT(narrow_error[0], 0.1);  // control: the initial error is not small
 }
 
-TEST(LinearPlant, ErrorNoticesAWrongCoefficient) {
+TEST(LinearPlant, ErrorDetectsAWrongCoefficient) {
   Oscillator<double> plant(0.02, true);
   std::swap(plant.model.latent.step.b0, plant.model.latent.step.b1);
   const auto error = errors(plant.model, 0.02, 3000);

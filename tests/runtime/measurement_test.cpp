@@ -65,7 +65,7 @@ TEST(Measurement, MissedCountsAsNotFinite) {
   }
 }
 
-TEST(Measurement, HeldTooOftenInARowIsStaleAndOneGoodOneEndsIt) {
+TEST(Measurement, HeldTooOftenInARowIsStaleUntilAGoodOne) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int round = 0; round < 3; ++round) {
@@ -77,14 +77,15 @@ TEST(Measurement, HeldTooOftenInARowIsStaleAndOneGoodOneEndsIt) {
   }
 }
 
-TEST(Measurement, HeldForEverStaysStale) {
+TEST(Measurement, HeldForAnyTimeStaysStale) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int k = 0; k < 2; ++k) ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
-  for (int k = 0; k < 70000; ++k) ASSERT_EQ(observer.step(kNan), StepStatus::kStale) << k;  // past what 16 bits count
+  for (int k = 0; k < 70000; ++k)
+    ASSERT_EQ(observer.step(kNan), StepStatus::kStale) << k;  // more than 16 bits can count
 }
 
-TEST(Measurement, HeldBeforeAnyGoodOneLeavesTheObserverUnstarted) {
+TEST(Measurement, BadBeforeTheFirstGoodOneDoesNotStartTheObserver) {
   Observer observer(kModel);
   const auto fresh = observer.save();
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
@@ -109,7 +110,7 @@ TEST(Measurement, OutOfRangeIsClampedToTheRange) {
   }
 }
 
-TEST(Measurement, HeldAndClampedOnesInARowCountTogether) {
+TEST(Measurement, HeldAndClampedOnesAreCountedTogether) {
   Observer observer(kModel);
   for (const float y : {1.0F, kNan, 99.0F}) (void)observer.step(y);
   EXPECT_EQ(observer.status(), StepStatus::kClamped);
@@ -119,7 +120,7 @@ TEST(Measurement, HeldAndClampedOnesInARowCountTogether) {
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
 }
 
-TEST(Measurement, ClampedForATimeConstantIsOutOfRangeAndOneGoodOneEndsIt) {
+TEST(Measurement, ClampedForATimeConstantIsOutOfRangeUntilAGoodOne) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int round = 0; round < 3; ++round) {
@@ -130,7 +131,7 @@ TEST(Measurement, ClampedForATimeConstantIsOutOfRangeAndOneGoodOneEndsIt) {
   }
 }
 
-TEST(Measurement, ClampedIsNotInTheDomain) {
+TEST(Measurement, ClampedIsOutsideOfTheDomain) {
   auto model = kModel;
   for (int r = 0; r < 3; ++r) {
     model.domain.latent_min[r] = -1e3F;
@@ -142,12 +143,12 @@ TEST(Measurement, ClampedIsNotInTheDomain) {
   ASSERT_EQ(observer.step(10.1F), StepStatus::kClamped);
   EXPECT_FALSE(observer.in_domain());
   ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
-  EXPECT_TRUE(observer.in_domain()) << "a held reading is an old one, and was in range";
+  EXPECT_TRUE(observer.in_domain()) << "a held reading is an earlier one that was in range";
   ASSERT_EQ(observer.step(9.9F), StepStatus::kOk);
   EXPECT_TRUE(observer.in_domain());
 }
 
-TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndTheNextCountsFromNone) {
+TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndResetsTheCount) {
   constexpr float kPeriod = 0.02F;  // stale after 3
   auto model = kModel;
   for (int r = 0; r < 3; ++r) {
@@ -163,37 +164,37 @@ TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndTheNextCountsFromNon
       EXPECT_EQ(observer.status(0), status);
       EXPECT_EQ(observer.status(), status);
       EXPECT_EQ(observer.in_domain(), !clamped);
-      EXPECT_EQ(observer.save().y[0], clamped ? 10.0F : 2.0F) << "the reading is used all the same";
+      EXPECT_EQ(observer.save().y[0], clamped ? 10.0F : 2.0F) << "the reading is used";
       return status;
     };
     EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
     EXPECT_EQ(after(0.3F), clamped ? StepStatus::kClamped : StepStatus::kOk);
     EXPECT_EQ(after(1.45F), clamped ? StepStatus::kClamped : StepStatus::kOk) << "jitter";
-    EXPECT_EQ(after(1.6F), StepStatus::kHeld) << "1 missed";
-    EXPECT_EQ(after(3.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kHeld) << "2 missed";
-    EXPECT_EQ(after(4.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kStale) << "3 missed";
+    EXPECT_EQ(after(1.6F), StepStatus::kHeld) << "1 missed sample";
+    EXPECT_EQ(after(3.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kHeld) << "2 missed samples";
+    EXPECT_EQ(after(4.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kStale) << "3 missed samples";
     EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
     EXPECT_EQ(observer.step(2.0F, 3.0F * kPeriod), StepStatus::kHeld);
-    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld) << "the count began again";
+    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld) << "the count starts again";
     EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
     EXPECT_EQ(observer.step(kNan), StepStatus::kStale);
     EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
   }
 }
 
-TEST(Measurement, MissedBeforeAndInAGapCountTogether) {
+TEST(Measurement, MissedBeforeAndInAGapAreCountedTogether) {
   Observer observer(kModel), other(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
-  EXPECT_EQ(observer.step(1.0F, 3 * 0.02F), StepStatus::kStale) << "1 held, 2 missed";
+  EXPECT_EQ(observer.step(1.0F, 3 * 0.02F), StepStatus::kStale) << "1 held and 2 missed samples";
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
-  EXPECT_EQ(observer.step(kNan, 2 * 0.02F), StepStatus::kStale) << "1 held, 1 missed, 1 held";
+  EXPECT_EQ(observer.step(kNan, 2 * 0.02F), StepStatus::kStale) << "1 held, 1 missed and 1 held sample";
   EXPECT_EQ(observer.step(1.0F, -1.0F), StepStatus::kRejected);
   EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
-  EXPECT_EQ(other.step(1.0F, 0.5F), StepStatus::kOk) << "nothing can be missed before the first measurement";
+  EXPECT_EQ(other.step(1.0F, 0.5F), StepStatus::kOk) << "no sample can be missed before the first measurement";
 }
 
-TEST(Measurement, SubnormalIsUsedAsItCame) {
+TEST(Measurement, SubnormalIsUsedUnchanged) {
   Observer observer(kModel);
   for (const float y : {1e-45F, -1e-45F, 1e-39F, std::numeric_limits<float>::denorm_min(), -0.0F}) {
     EXPECT_EQ(observer.step(y), StepStatus::kOk);
@@ -202,7 +203,7 @@ TEST(Measurement, SubnormalIsUsedAsItCame) {
   }
 }
 
-TEST(Measurement, BadInOneChannelLeavesTheOtherChannelInUse) {
+TEST(Measurement, BadInOneChannelDoesNotAffectTheOther) {
   const auto model = angle_model<float>();
   AngleObserver observer(model);
   ASSERT_EQ(observer.step({{0.5F, 0.25F}}), StepStatus::kOk);
@@ -212,13 +213,13 @@ TEST(Measurement, BadInOneChannelLeavesTheOtherChannelInUse) {
   EXPECT_EQ(observer.step({{0.75F, kInf}}), StepStatus::kHeld);
   EXPECT_EQ(observer.save().y[0], 0.75F);
   EXPECT_EQ(observer.save().y[1], 0.5F);
-  EXPECT_EQ(observer.step({{kNan, 2.0F}}), StepStatus::kHeld);  // held outranks clamped
+  EXPECT_EQ(observer.step({{kNan, 2.0F}}), StepStatus::kHeld);  // held is worse than clamped
   EXPECT_EQ(observer.save().y[1], 1.0F);
   EXPECT_EQ(observer.step({{0.75F, 0.5F}}), StepStatus::kOk);
   EXPECT_EQ(observer.step({{0.75F, 2.0F}}), StepStatus::kClamped);
 }
 
-TEST(Measurement, OutOfRangeOfAnAngleIsHeldNotClamped) {
+TEST(Measurement, OutOfRangeOfAnAngleIsHeldInsteadOfClamped) {
   const auto model = angle_model<float>();
   AngleObserver observer(model);
   ASSERT_EQ(observer.step({{0.5F, 0.0F}}), StepStatus::kOk);
@@ -229,7 +230,7 @@ TEST(Measurement, OutOfRangeOfAnAngleIsHeldNotClamped) {
   }
 }
 
-/// A million steps of random bits, a good measurement now and then so that z moves.
+/// A million steps with random bits, and sometimes a good measurement, so that z moves.
 template <class Observer>
 void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
   using Scalar = typename Observer::Scalar;
@@ -237,7 +238,7 @@ void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
   Observer observer(model);
   std::mt19937 random(seed);
   int seen[kStatuses] = {};
-  std::uint32_t missing = 0;  // measurements yet to miss
+  std::uint32_t missing = 0;  // number of measurements still to miss
   for (int k = 0; k < kSteps; ++k) {
     typename Observer::Output y{};
     if (random() % 16 == 0) missing = random() % 8;
@@ -268,17 +269,17 @@ void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
   for (int status = 0; status < kStatuses; ++status) EXPECT_GT(seen[status], 1000) << status;
 }
 
-TEST(Fuzz, LeavesTheLatentStateFinite) {
+TEST(Fuzz, KeepsTheLatentStateFinite) {
   fuzz<Observer>(kModel, 1);
   fuzz<Observer>(pair_model<float>(Hold::kZeroOrder, true), 2);
   fuzz<KklObserver<testing::PairModel<double>>>(pair_model<double>(Hold::kFirstOrder), 3);
 }
 
-TEST(Fuzz, LeavesTheLatentStateOfAnRk4ModelFinite) {
+TEST(Fuzz, KeepsTheLatentStateOfAnRk4ModelFinite) {
   fuzz<Observer>(pair_model<float>(Hold::kRk4), 4);
 }
 
-TEST(Fuzz, LeavesTheLatentStateBehindAnAngleFinite) {
+TEST(Fuzz, KeepsTheLatentStateOfAnAngleFinite) {
   fuzz<AngleObserver>(angle_model<float>(), 5);
   fuzz<AngleObserver>(angle_model<float>(0.0, 2 * testing::kPi), 6);
   fuzz<AngleObserver>(angle_model<float>(-400.0, 400.0, false), 7);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Learned maps and their forward-mode products: against the same network and its derivative in double, the values
-// within a bound that is carried along through the layers; products also against finite differences.
+// Learned maps and their forward-mode products, compared with the same network and its derivative in double: values
+// within an error bound that is propagated through the layers; products also compared with finite differences.
 #include <nlo/jvp.h>
 #include <nlo/mlp.h>
 #include <nlo/mlp_batch.h>
@@ -21,7 +21,7 @@ namespace {
 
 template <class Scalar, int kIn, int kOut>
 Dense<Scalar, kIn, kOut> random_dense(std::mt19937& random) {
-  const auto draw = [&random] {  // never near zero, so that each weight matters
+  const auto draw = [&random] {  // never near zero, so that each weight has an effect
     const Scalar size = testing::uniform<Scalar>(random, 0.2, 1.0);
     return (random() & 1U) != 0 ? size : -size;
   };
@@ -33,7 +33,7 @@ Dense<Scalar, kIn, kOut> random_dense(std::mt19937& random) {
   return layer;
 }
 
-/// Values, how far they may be off, and their tangents.
+/// Values, bounds of their errors, and their tangents.
 struct Signal {
   std::vector<double> value, error, tangent;
 };
@@ -59,7 +59,7 @@ Signal affine(const Dense<Scalar, kIn, kOut>& layer, const Signal& in) {
   return out;
 }
 
-/// Slopes are at most 1 (tanh, relu) or 1.1 (silu); silu's own error grows with |v|.
+/// Slopes are at most 1 (tanh, relu) or 1.1 (silu); the error of silu grows with |v|.
 template <Activation kKind>
 Signal activated(Signal s) {
   for (std::size_t i = 0; i < s.value.size(); ++i) {
@@ -91,12 +91,12 @@ Signal reference(const Signal& in, const First& first, const Rest&... rest) requ
   return reference<kKind>(activated<kKind>(affine(first, in)), rest...);
 }
 
-// Tangents are of size one. Two activation layers each pass an error of the rational tanh (5e-7, and 2 times that in
-// the slope) and some 50 roundings of float; double has the rational's 4e-8 alone.
+// Tangents are of order one. Each of two activation layers adds an error of the rational tanh (5e-7, and twice that in
+// the slope) and about 50 roundings of float; in double only 4e-8 of the rational function.
 template <class Scalar>
 constexpr double kSlopeTolerance = sizeof(Scalar) == 4 ? 2e-5 : 1e-6;
 
-/// Worst |flown - reference| / allowed over random inputs and directions: below 1 where they agree.
+/// Largest |computed - reference| / allowed over random inputs and directions; below 1 if they agree.
 struct Disagreement {
   double value = 0.0, tangent = 0.0;
   bool none() const { return value < 1.0 && tangent < 1.0; }
@@ -151,7 +151,7 @@ void expect_parities() {
   expect_parity<kKind>(a);
 }
 
-TEST(Mlp, MeetsTheSameNetworkAndItsDerivativeInDouble) {
+TEST(Mlp, AgreesWithTheSameNetworkAndItsDerivativeInDouble) {
   expect_parities<float, Activation::kTanh>();
   expect_parities<float, Activation::kRelu>();
   expect_parities<float, Activation::kSilu>();
@@ -160,7 +160,7 @@ TEST(Mlp, MeetsTheSameNetworkAndItsDerivativeInDouble) {
   expect_parities<double, Activation::kSilu>();
 }
 
-TEST(Mlp, ParityNoticesAnyWrongWeight) {  // the control of the test above
+TEST(Mlp, ComparisonDetectsAnyWrongWeight) {  // control of the test above
   constexpr auto kKind = Activation::kTanh;
   std::mt19937 random(4);
   const auto first = random_dense<float, 3, 9>(random);
@@ -190,7 +190,7 @@ TEST(Mlp, ParityNoticesAnyWrongWeight) {  // the control of the test above
     }
   };
   expect_noticed(wrong_first, true);
-  expect_noticed(wrong_last, false);  // a constant has no slope
+  expect_noticed(wrong_last, false);  // a bias has no effect on the slope
 }
 
 TEST(InverseMap, AddsItsLinearPath) {
@@ -285,7 +285,7 @@ TEST(Fallback, OfABatchHasTheBitsOfEachPlantAlone) {
 template <Activation kKind>
 void expect_finite_differences() {
   constexpr double kStep = 1e-5;       // rounding 1e-16 / 1e-5, truncation 1e-10
-  constexpr double kTolerance = 1e-6;  // the slope is that of tanh, the value a rational 4e-8 from it
+  constexpr double kTolerance = 1e-6;  // slopes are those of tanh, values those of a rational function within 4e-8
   std::mt19937 random(9);
   const auto first = random_dense<double, 4, 16>(random);
   const auto last = random_dense<double, 16, 3>(random);
@@ -307,13 +307,13 @@ void expect_finite_differences() {
   }
 }
 
-TEST(Jvp, MeetsFiniteDifferencesWithItsLinearPath) {
+TEST(Jvp, AgreesWithFiniteDifferencesWithItsLinearPath) {
   expect_finite_differences<Activation::kTanh>();
   expect_finite_differences<Activation::kRelu>();  // no kink lies within 1e-5 of these 800 pre-activations
   expect_finite_differences<Activation::kSilu>();
 }
 
-TEST(Jvp, OfNoDirectionIsZero) {
+TEST(Jvp, OfTheZeroDirectionIsZero) {
   std::mt19937 random(2);
   const auto network =
       make_mlp<Activation::kSilu>(random_dense<float, 3, 20>(random), random_dense<float, 20, 4>(random));

@@ -12,7 +12,7 @@
 namespace nlo::monitor_tests {
 namespace {
 
-/// The recursions of nlo/monitor.h as its first lines write them.
+/// The recursions of nlo/monitor.h, written as in the comment at its top.
 struct Recursions {
   static constexpr double kMost = kLargestInnovation;
   const Wide::Model& m;
@@ -93,7 +93,7 @@ struct Recursions {
   }
 };
 
-TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
+TEST(Monitor, EveryStatisticEqualsItsRecursionInEachOutputAndWindow) {
   std::mt19937 engine(5);
   const auto within = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine);
@@ -120,7 +120,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
     m.per_row_deviation[i] = 1.0 + i;
     m.disagreement_limit[i] = within(2.0, 2.5);
   }
-  m.prediction[1][4] = -5.0;  // back to 0: what is predicted stays within half a turn
+  m.prediction[1][4] = -5.0;  // back to 0: the predicted change stays within half a turn
   for (int r = 0; r < 3; ++r) {
     m.latent_mean[r] = within(-1.0, 1.0);
     m.per_latent_deviation[r] = within(1.0, 3.0);
@@ -134,7 +134,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
   Wide observer;
   int alarms[8] = {};
   for (int k = 0; k < 300 * kKinds; ++k) {
-    const int j_wrong = k / (150 * kKinds), kind = k / 150 % kKinds;  // first of one output, then of the other
+    const int j_wrong = k / (150 * kKinds), kind = k / 150 % kKinds;  // first in one output, then in the other
     Vector<double, 2> y{}, x_hat{{within(-1.0, 1.0), within(-1.0, 1.0)}};
     for (int j = 0; j < 2; ++j) {
       double e = within(-1.0, 1.0);

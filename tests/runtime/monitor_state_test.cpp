@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The state of a monitor: saved and restored, refused if watching cannot lead there, finite for any input.
+// The state of a monitor: saved and restored, refused if watching cannot reach it, finite for any input.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,32 +41,32 @@ TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
   for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 1.0);
   using State = Monitor<Model>::State;
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  using Spoil = void (*)(State&);
-  const Spoil spoils[] = {[](State& s) { s.samples = -2147483647; },
-                          [](State& s) { s.samples = kArmedAfter + 2; },
-                          [](State& s) { s.level = kNaN; },
-                          [](State& s) { s.alarm = static_cast<Alarm>(200); },
-                          [](State& s) { s.distance[1] = 26.0; },
-                          [](State& s) { s.disagreement[0] = kNaN; },
-                          [](State& s) { s.place = 6.0; },
-                          [](State& s) { s.gated = 2; },
-                          [](State& s) { s.outputs[0].moved = kNaN; },
-                          [](State& s) { s.outputs[0].last = 6.0; },
-                          [](State& s) { s.outputs[0].y = kNaN; },
-                          [](State& s) { s.outputs[0].predicted = 2e6; },
-                          [](State& s) { s.outputs[0].missing = 2; },
-                          [](State& s) { s.outputs[0].missing_share = -2.0; },
-                          [](State& s) { s.outputs[0].rejected = 21; },
-                          [](State& s) { s.outputs[0].raw = kNaN; },
-                          [](State& s) { s.outputs[0].windows[0].mean = kNaN; },
-                          [](State& s) { s.outputs[0].windows[1].power = 1e30; },
-                          [](State& s) { s.outputs[0].windows[0].variance = -30.0; },
-                          [](State& s) { s.outputs[0].windows[1].correlation = kNaN; }};
-  for (const Spoil spoil : spoils) {
+  using Corruption = void (*)(State&);
+  const Corruption corruptions[] = {[](State& s) { s.samples = -2147483647; },
+                                    [](State& s) { s.samples = kArmedAfter + 2; },
+                                    [](State& s) { s.level = kNaN; },
+                                    [](State& s) { s.alarm = static_cast<Alarm>(200); },
+                                    [](State& s) { s.distance[1] = 26.0; },
+                                    [](State& s) { s.disagreement[0] = kNaN; },
+                                    [](State& s) { s.place = 6.0; },
+                                    [](State& s) { s.gated = 2; },
+                                    [](State& s) { s.outputs[0].moved = kNaN; },
+                                    [](State& s) { s.outputs[0].last = 6.0; },
+                                    [](State& s) { s.outputs[0].y = kNaN; },
+                                    [](State& s) { s.outputs[0].predicted = 2e6; },
+                                    [](State& s) { s.outputs[0].missing = 2; },
+                                    [](State& s) { s.outputs[0].missing_share = -2.0; },
+                                    [](State& s) { s.outputs[0].rejected = 21; },
+                                    [](State& s) { s.outputs[0].raw = kNaN; },
+                                    [](State& s) { s.outputs[0].windows[0].mean = kNaN; },
+                                    [](State& s) { s.outputs[0].windows[1].power = 1e30; },
+                                    [](State& s) { s.outputs[0].windows[0].variance = -30.0; },
+                                    [](State& s) { s.outputs[0].windows[1].correlation = kNaN; }};
+  for (const Corruption corrupt : corruptions) {
     State state = monitor.save();
     ASSERT_TRUE(monitor.restore(state));
-    spoil(state);
-    EXPECT_FALSE(monitor.restore(state)) << &spoil - spoils;
+    corrupt(state);
+    EXPECT_FALSE(monitor.restore(state)) << &corrupt - corruptions;
   }
 }
 
@@ -92,10 +92,9 @@ TEST(Monitor, RestoresAStateAtTheLimitsOfWatching) {
   EXPECT_TRUE(monitor.restore(monitor.save()));
 }
 
-TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
-  // 1.01 * 25 is the most of power, variance and correlation of 2 outputs in 3 windows, of 3 distances, 2 shares and 2
-  // disagreements.
-  // Fresh, the variances and the distances are 1; with gains of nothing they stay.
+TEST(Monitor, StatisticsWithAnImpossibleSumAreAReset) {
+  // 1.01 * 25 is the largest possible sum of power, variance and correlation of 2 outputs in 3 windows, of 3 distances,
+  // 2 shares and 2 disagreements. In a new monitor the variances and distances are 1; with gains of zero they stay 1.
   Wide::Model m{};
   for (auto* limits : {m.mean_limit, m.variance_limit, m.correlation_limit}) std::fill_n(limits[0], 6, kNone);
   std::fill_n(m.latent_limit, 3, kNone);
@@ -105,12 +104,12 @@ TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
   std::fill_n(m.disagreement_limit, 2, kNone);
   using Watch = Monitor<Wide::Model>;
   static_assert(sizeof(Watch) == sizeof(void*) + sizeof(Watch::State), "the pointer to the model, and the state");
-  const auto after = [&](auto spoil) {
+  const auto after = [&](auto corrupt) {
     Watch monitor(m);
     const Wide observer;
     (void)monitor.watch(observer, {});
     auto state = monitor.save();
-    spoil(state);
+    corrupt(state);
     std::memcpy(reinterpret_cast<unsigned char*>(&monitor) + sizeof(void*), &state, sizeof(state));
     return monitor.watch(observer, {});
   };
@@ -126,7 +125,8 @@ TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
     EXPECT_EQ(after([&](Watch::State& s) { place(s) += kRoom - kLittle; }), Alarm::kNone) << &place - places;
     EXPECT_EQ(after([&](Watch::State& s) { place(s) += kRoom + kLittle; }), Alarm::kReset) << &place - places;
   }
-  EXPECT_EQ(after([](Watch::State& s) { s.samples = 2; }), Alarm::kReset) << "armed after 0: 1 is the most";
+  EXPECT_EQ(after([](Watch::State& s) { s.samples = 2; }), Alarm::kReset)
+      << "armed after 0 samples: 1 is the largest count";
   EXPECT_EQ(after([](Watch::State& s) { s.samples = -2; }), Alarm::kReset);
   EXPECT_EQ(after([](Watch::State&) {}), Alarm::kNone) << "control";
 }
@@ -144,10 +144,10 @@ TEST(Monitor, StaysFiniteForAnyInput) {
     observer.z = bits();
     (void)monitor.watch(observer, Vector<double, 1>{{bits()}});
     ASSERT_TRUE(is_finite(monitor.level())) << k;
-    ASSERT_NE(monitor.alarm(), Alarm::kReset) << "what is measured leads nowhere outside";
+    ASSERT_NE(monitor.alarm(), Alarm::kReset) << "no measurement leads to an unreachable state";
     ASSERT_TRUE(k % 100 != 0 || monitor.restore(monitor.save())) << k;
   }
-  // And comes back: what was seen is forgotten.
+  // It recovers: earlier measurements are forgotten.
   observer.y = observer.z = 0.0;
   Alarm last = Alarm::kMissing;
   for (int k = 0; k < 2000; ++k) last = seen(monitor, observer, 0.0);

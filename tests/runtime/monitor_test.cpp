@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The statistics of nlo/monitor.h against closed forms, on innovations that a test chooses: with a prediction of
-// nothing and y = 0 before, the innovation is y itself over its deviation.
+// The statistics of nlo/monitor.h compared with closed forms, for innovations that a test sets: with a prediction of
+// zero and y = 0 before, the innovation is y divided by its deviation.
 #include "nlo/monitor.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@
 namespace nlo::monitor_tests {
 namespace {
 
-/// Samples until the first alarm of this kind; -1: none, or another one came first.
+/// Returns the number of samples until the first alarm of this kind; -1: none, or another alarm came first.
 int first_alarm(const Model& model, Alarm wanted, double (*y)(int), int samples = 1000) {
   Monitor<Model> monitor(model);
   Fake observer;
@@ -29,30 +29,30 @@ int first_alarm(const Model& model, Alarm wanted, double (*y)(int), int samples 
 }
 
 TEST(Monitor, ConstantInnovationReachesItsVarianceAsAnExponential) {
-  // v after n innovations of e: 1 + (1 - exp(-n / window)) (e^2 - 1), from v = 1. With e = 2 (y = 4) and window 10 the
-  // limit 2.5 is passed when 1 - exp(-n / 10) > .5: at n = 7. The first sample gives no innovation.
+  // v after n innovations of e: 1 + (1 - exp(-n / window)) (e^2 - 1), starting at v = 1. With e = 2 (y = 4) and window
+  // 10, the limit 2.5 is exceeded when 1 - exp(-n / 10) > .5: at n = 7. The first sample gives no innovation.
   Model m = quiet_model();
   m.variance_limit[0][0] = 2.5;
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationVariance, [](int) { return 4.0; }), 7);
 }
 
-TEST(Monitor, PowerOfTheSmoothedInnovationSeesErrorsOfEitherSign) {
-  // e = sin(k / 20) has mean zero and variance .5; white noise of that size does not pass through the window of 10.
+TEST(Monitor, PowerOfTheSmoothedInnovationDetectsErrorsOfEitherSign) {
+  // e = sin(k / 20) has mean zero and variance .5; white noise of this variance does not pass the window of 10.
   Model m = quiet_model();
   m.mean_limit[0][0] = 0.5;
   EXPECT_GT(first_alarm(m, Alarm::kInnovationMean, [](int k) { return 2.0 * std::sin(k / 20.0); }), 0);
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationMean, [](int k) { return k % 2 == 0 ? 2.0 : -2.0; }), -1);
 }
 
-TEST(Monitor, CorrelationSeesInnovationsThatAlternate) {
+TEST(Monitor, CorrelationDetectsAlternatingInnovations) {
   Model m = quiet_model();
   m.correlation_limit[0][1] = 0.5;
-  // e = -1, 1, -1, ...: e e_last = -1, so |r| = 1 - exp(-n / 50) is above .5 from n = 35 on,
-  // one sample and one more late.
+  // e = -1, 1, -1, ...: e e_last = -1, so |r| = 1 - exp(-n / 50) exceeds .5 from n = 35 on; the first two samples give
+  // no product.
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationCorrelation, [](int k) { return k % 2 == 0 ? 2.0 : -2.0; }), 36);
 }
 
-TEST(Monitor, PredictionIsItsRowOfLatentStateReadingsAndEstimate) {
+TEST(Monitor, PredictionIsALinearFunctionOfLatentStateReadingsAndEstimate) {
   Model m = quiet_model();
   m.offset[0] = 0.125;
   m.prediction[0][0] = 0.5;
@@ -66,15 +66,15 @@ TEST(Monitor, PredictionIsItsRowOfLatentStateReadingsAndEstimate) {
   EXPECT_EQ(monitor.save().outputs[0].predicted, 0.125 + 0.5 * 3.0 - 0.25 * -1.0 + 2.0 * 0.75);
 }
 
-TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
+TEST(Monitor, ValuesAtALimitRaiseNoAlarmAndAreNotRejected) {
   Model m = quiet_model();
   m.latent_limit[0] = 1.0;
   Monitor<Model> monitor(m);
   Fake observer;
-  observer.z = 1.0;  // one deviation: d stays at 1
+  observer.z = 1.0;  // one standard deviation: d stays at 1
   for (int k = 0; k < 5; ++k) EXPECT_EQ(seen(monitor, observer, 0.0), Alarm::kNone);
   EXPECT_EQ(monitor.level(), 1.0);
-  EXPECT_EQ(monitor.usable_outputs(8.0, observer), 8.0) << "four deviations, and less noise than in training";
+  EXPECT_EQ(monitor.usable_outputs(8.0, observer), 8.0) << "four deviations, with less noise than in training";
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(8.001, observer)));
   auto state = monitor.save();
   state.outputs[0].windows[0].variance = 1.5;  // in the shortest window only
@@ -82,11 +82,11 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   EXPECT_EQ(monitor.usable_outputs(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(9.81, observer)));
   (void)monitor.watch(observer, {{0.0}});
-  EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "of one sample";
+  EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "no missing sample";
 }
 
-/// Tells for each of these measurements whether the armed gate lets it through.
-std::vector<bool> taken(const Model& model, const std::vector<double>& measurements) {
+/// Returns for each of these measurements whether the armed gate accepts it.
+std::vector<bool> accepted(const Model& model, const std::vector<double>& measurements) {
   Monitor<Model> monitor(model);
   Fake observer;
   for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 0.01 * (k + 1));
@@ -104,17 +104,17 @@ TEST(Monitor, ASensorThatRepeatsAReadingForTooLongIsFrozenUntilItMoves) {
   Model m = quiet_model();
   m.most_equal[0] = 3;
   m.resting[0] = m.rest_min[0] = m.rest_max[0] = 0.5;
-  EXPECT_THAT(taken(m, {1.0, 1.0, 1.0, 1.0, 1.0, 1.25, 1.25}),
+  EXPECT_THAT(accepted(m, {1.0, 1.0, 1.0, 1.0, 1.0, 1.25, 1.25}),
               ::testing::ElementsAre(true, true, true, false, false, true, true));
-  EXPECT_THAT(taken(m, std::vector<double>(100, 0.5)), ::testing::Each(true)) << "at rest";
+  EXPECT_THAT(accepted(m, std::vector<double>(100, 0.5)), ::testing::Each(true)) << "at rest";
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(taken(m, {1.0, 1.0, kMissing, 1.0, 1.0}), ::testing::ElementsAre(true, true, false, true, false))
-      << "a missing sample moves nothing";
+  EXPECT_THAT(accepted(m, {1.0, 1.0, kMissing, 1.0, 1.0}), ::testing::ElementsAre(true, true, false, true, false))
+      << "a missing sample does not count as a movement";
   m.most_equal[0] = 0;
-  EXPECT_THAT(taken(m, std::vector<double>(100, 1.0)), ::testing::Each(true)) << "control";
+  EXPECT_THAT(accepted(m, std::vector<double>(100, 1.0)), ::testing::Each(true)) << "control";
 }
 
-TEST(Monitor, ARestingSensorIsFrozenWhereItsReferenceSensorMoves) {
+TEST(Monitor, ARestingSensorIsFrozenIfItsReferenceSensorMoves) {
   Wide::Model m{};
   std::fill_n(m.per_deviation, 2, 1.0);
   m.gate_squared = 1e9;
@@ -124,23 +124,24 @@ TEST(Monitor, ARestingSensorIsFrozenWhereItsReferenceSensorMoves) {
   m.rest_max[0] = 0.1;
   Monitor<Wide::Model> monitor(m);
   Wide observer;
-  const auto taken = [&](double y, double reference_sensor) {
+  const auto accepted = [&](double y, double reference_sensor) {
     const Vector<double, 2> kept = monitor.usable_outputs({{y, reference_sensor}}, observer);
     (void)monitor.watch(observer, {{0.0, 0.0}});
     return !std::isnan(kept[0]);
   };
-  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, k % 2 == 0 ? 0.1 : -0.1)) << "both are at rest";
-  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, 0.11), k < 3) << "the reference sensor moves: " << k;
-  EXPECT_FALSE(taken(0.0, 0.0)) << "once frozen it is not believed before it moves";
-  EXPECT_TRUE(taken(0.001, 0.0));
-  EXPECT_TRUE(taken(0.0, 0.0));
-  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, -0.11), k < 3) << "below, too: " << k;
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(accepted(0.0, k % 2 == 0 ? 0.1 : -0.1)) << "both sensors are at rest";
+  for (int k = 1; k <= 5; ++k) EXPECT_EQ(accepted(0.0, 0.11), k < 3) << "the reference sensor moves: " << k;
+  EXPECT_FALSE(accepted(0.0, 0.0)) << "a frozen sensor is rejected until it moves";
+  EXPECT_TRUE(accepted(0.001, 0.0));
+  EXPECT_TRUE(accepted(0.0, 0.0));
+  for (int k = 1; k <= 5; ++k)
+    EXPECT_EQ(accepted(0.0, -0.11), k < 3) << "also for movements in the other direction: " << k;
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(taken(0.001, 0.0));
-  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, kMissing)) << "a missing reference sensor says nothing";
+  EXPECT_TRUE(accepted(0.001, 0.0));
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(accepted(0.0, kMissing)) << "a missing reference sensor has no effect";
 }
 
-TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {
+TEST(Monitor, InnovationOfAnAngleIsMeasuredTheShortWayRound) {
   Model m = quiet_model();
   m.prediction[0][1] = 0.0;
   Fake observer;
@@ -149,7 +150,7 @@ TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {
     Monitor<Model> monitor(m);
     observer.y = 0.0;
     (void)seen(monitor, observer, 3.0);
-    (void)seen(monitor, observer, -3.0);  // 0.25 further on, or 6 back
+    (void)seen(monitor, observer, -3.0);  // 0.25 forwards, or 6 backwards
     return monitor.save().outputs[0].last;
   };
   EXPECT_EQ(first_innovation(), 0.125) << "deviation 2";
@@ -157,17 +158,17 @@ TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {
   EXPECT_EQ(first_innovation(), -3.0) << "control";
 }
 
-TEST(Monitor, PlaceOfTheLatentStateIsWeighed) {
+TEST(Monitor, DistanceOfTheLatentStateIsSmoothed) {
   Model m = quiet_model();
   m.latent_limit[0] = 2.0;
   Monitor<Model> monitor(m);
   Fake observer;
-  observer.z = 1.0;  // one deviation: d stays at 1
+  observer.z = 1.0;  // one standard deviation: d stays at 1
   for (int k = 0; k < 100; ++k) ASSERT_EQ(seen(monitor, observer, 0.0), Alarm::kNone);
   observer.z = 2.0;  // d goes to 4
   int k = 0;
   while (seen(monitor, observer, 0.0) == Alarm::kNone && k < 100) ++k;
-  EXPECT_EQ(k, 4);  // 1 + 3 (1 - exp(-n / 10)) > 2 from n = 4.05 on: the fifth
+  EXPECT_EQ(k, 4);  // 1 + 3 (1 - exp(-n / 10)) > 2 from n = 4.05 on: the fifth sample
   EXPECT_EQ(monitor.alarm(), Alarm::kLatentDistance);
 }
 
@@ -176,10 +177,10 @@ TEST(Monitor, MissingMeasurementsAreCountedAndDoNotCountAsInnovations) {
   m.missing_limit[0] = 0.5;
   m.variance_limit[0][0] = 1.5;
   const auto missing = [](int k) { return k < 20 ? 0.0 : std::numeric_limits<double>::quiet_NaN(); };
-  EXPECT_EQ(first_alarm(m, Alarm::kMissing, missing), 20 + 6);  // 1 - exp(-n / 10) > .5 at the seventh
+  EXPECT_EQ(first_alarm(m, Alarm::kMissing, missing), 20 + 6);  // 1 - exp(-n / 10) > .5 at the seventh sample
 }
 
-TEST(Monitor, KeepsOutliersFromTheObserver) {
+TEST(Monitor, RejectsOutliers) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
@@ -203,9 +204,9 @@ TEST(Monitor, GateRejectsNothingBeforeTheMonitorIsArmed) {
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(1000.0, observer))) << "control: once armed it rejects";
 }
 
-TEST(Monitor, GateBelievesAReadingThatStaysFarUntilItIsOrdinaryAgain) {
-  // After a jump of the true state every reading looks like an outlier. The gate holds back at most kMostRejected of
-  // them, and not one more until a reading is ordinary; a second jump is then rejected again.
+TEST(Monitor, GateAcceptsReadingsThatStayFarAway) {
+  // After a jump of the true state, all readings look like outliers. The gate rejects at most kMostRejected of them,
+  // and no more until a reading is ordinary; a second jump is then rejected again.
   Model m = quiet_model();
   m.armed_after = 30;
   Monitor<Model> monitor(m);
@@ -215,13 +216,13 @@ TEST(Monitor, GateBelievesAReadingThatStaysFarUntilItIsOrdinaryAgain) {
     int count = 0;
     for (int k = 0; k < samples; ++k) {
       count += std::isnan(monitor.usable_outputs(y, observer));
-      observer.y = 0.0;  // a slow observer: the innovation stays far
+      observer.y = 0.0;  // a slow observer: the innovation stays large
       (void)monitor.watch(observer, {{0.0}});
     }
     return count;
   };
   EXPECT_EQ(rejected(1000.0, 200), kMostRejected);
-  EXPECT_EQ(rejected(0.0, 400), 0) << "ordinary, until the variance is, too";
+  EXPECT_EQ(rejected(0.0, 400), 0) << "ordinary readings, until the variance is ordinary as well";
   EXPECT_EQ(rejected(1000.0, 200), kMostRejected);
 }
 
@@ -235,15 +236,15 @@ TEST(Monitor, GateDoesNotCompareAReadingAfterAGapWithThePredictionOfOnePeriod) {
   EXPECT_TRUE(std::isnan(monitor.usable_outputs(1000.0, observer))) << "control";
 }
 
-TEST(Monitor, GateNeverHoldsBackForLongerThanTheMonitorTakesToArm) {
+TEST(Monitor, GateRejectsNoLongerThanTheMonitorNeedsToArm) {
   Model m = quiet_model();
   m.armed_after = 2;
-  EXPECT_THAT(taken(m, {1000.0, 1000.0, 1000.0, 1000.0}), ::testing::ElementsAre(false, false, true, true));
+  EXPECT_THAT(accepted(m, {1000.0, 1000.0, 1000.0, 1000.0}), ::testing::ElementsAre(false, false, true, true));
 }
 
 TEST(Monitor, GateWidensWithTheNoise) {
   // If a sensor is four times as noisy as in training, one reading in 3 is beyond 4 deviations. With a constant gate
-  // the observer would be blind for a third of the time.
+  // the observer would lose a third of its readings.
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
@@ -267,18 +268,18 @@ TEST(Monitor, MissingReadingsRaiseAnAlarmWithoutTheGateAndBeforeItIsArmed) {
   observer.reading = StepStatus::kHeld;
   int k = 0;
   while (monitor.watch(observer, {{0.0}}) == Alarm::kNone && k < 100) ++k;
-  EXPECT_EQ(k, 6);  // 1 - exp(-n / 10) > .5 at the seventh
+  EXPECT_EQ(k, 6);  // 1 - exp(-n / 10) > .5 at the seventh sample
   EXPECT_EQ(monitor.alarm(), Alarm::kMissing);
   EXPECT_FALSE(monitor.armed());
 }
 
-TEST(Monitor, IsNotArmedWhileTheObserverIsStaleAndForItsTimeToArmAfterwards) {
+TEST(Monitor, IsNotArmedWhileTheObserverIsStaleAndForItsArmingTimeAfterwards) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
   for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, 0.0);
   ASSERT_TRUE(monitor.armed());
-  observer.reading = StepStatus::kStale;  // a gap, or a sensor that was missing for long
+  observer.reading = StepStatus::kStale;  // a gap, or a sensor that was missing for a long time
   (void)seen(monitor, observer, 0.0);
   EXPECT_FALSE(monitor.armed());
   observer.reading = StepStatus::kOk;
@@ -290,7 +291,7 @@ TEST(Monitor, IsNotArmedWhileTheObserverIsStaleAndForItsTimeToArmAfterwards) {
 
 TEST(Monitor, ASensorThatRepeatsAReadingWhileThePredictionMovesOnIsFrozen) {
   Model m = quiet_model();
-  m.prediction[0][0] = 1.0;  // z predicts the change; y does not lead back
+  m.prediction[0][0] = 1.0;  // z predicts the change; y has no effect
   m.prediction[0][1] = 0.0;
   m.most_moved[0] = 3.0;
   m.missing_limit[0] = 0.5;
@@ -306,18 +307,18 @@ TEST(Monitor, ASensorThatRepeatsAReadingWhileThePredictionMovesOnIsFrozen) {
       return std::isnan(kept);
     };
     double y = 0.0;
-    for (int k = 0; k < 50; ++k) EXPECT_FALSE(fly(y += 2.0, 1.0)) << k;  // one deviation a sample, as predicted
+    for (int k = 0; k < 50; ++k) EXPECT_FALSE(fly(y += 2.0, 1.0)) << k;  // one deviation per sample, as predicted
     for (int k = 0; k < 20; ++k) (void)fly(y, 1.0);
-    EXPECT_EQ(fly(y, 1.0), gated) << "the gate holds it back";
+    EXPECT_EQ(fly(y, 1.0), gated) << "the gate rejects it";
     EXPECT_EQ(monitor.alarm(), Alarm::kMissing);
     for (int k = 0; k < 200; ++k) EXPECT_FALSE(fly(y += 2.0, 1.0)) << "it moves again";
     EXPECT_EQ(monitor.alarm(), Alarm::kNone);
-    for (int k = 0; k < 200; ++k) EXPECT_FALSE(fly(y, 0.0)) << "control: at rest it may repeat for ever";
+    for (int k = 0; k < 200; ++k) EXPECT_FALSE(fly(y, 0.0)) << "control: at rest, it may repeat for any time";
     EXPECT_EQ(monitor.alarm(), Alarm::kNone);
   }
 }
 
-TEST(Monitor, InnovationIsMeasuredAgainstTheDistanceOfTheLatentStateBefore) {
+TEST(Monitor, InnovationIsScaledByTheLastDistanceOfTheLatentState) {
   Model m = quiet_model();
   m.motion[0] = 0.5;
   Monitor<Model> monitor(m);
@@ -329,7 +330,7 @@ TEST(Monitor, InnovationIsMeasuredAgainstTheDistanceOfTheLatentStateBefore) {
   EXPECT_DOUBLE_EQ(monitor.save().outputs[0].last, 2.0 / 2.5);
   observer.y = 0.0;
   (void)seen(monitor, observer, 4.0);
-  EXPECT_DOUBLE_EQ(monitor.save().outputs[0].last, 2.0) << "control: at the mean it counts in full";
+  EXPECT_DOUBLE_EQ(monitor.save().outputs[0].last, 2.0) << "control: at the mean, the innovation is not scaled";
 }
 
 TEST(Monitor, DisagreementIsTheSmoothedDistanceOfTheEstimateFromItsLinearFit) {
@@ -353,7 +354,7 @@ TEST(Monitor, DisagreementIsTheSmoothedDistanceOfTheEstimateFromItsLinearFit) {
 
 TEST(Monitor, WidensIntervalsByTheDisagreementAndMakesThemUnknownDuringAnAlarm) {
   Model m = quiet_model();
-  m.per_row_deviation[0] = 1.0;  // the row is 0: the disagreement is |x_hat|, smoothed
+  m.per_row_deviation[0] = 1.0;  // the row is 0, so the disagreement is the smoothed |x_hat|
   m.disagreement_limit[0] = 7.0;
   Monitor<Model> monitor(m);
   Fake observer;
@@ -363,7 +364,8 @@ TEST(Monitor, WidensIntervalsByTheDisagreementAndMakesThemUnknownDuringAnAlarm) 
     return monitor.widened(plain);
   };
   EXPECT_EQ(after(1.9, 1000).sigma[0], 0.5) << "a disagreement below 2 is ordinary";
-  const auto wider = after(6.0, 2000);  // 40 windows: the average is 6 to rounding, three times what is ordinary
+  const auto wider =
+      after(6.0, 2000);  // 40 windows: the average is 6 except for rounding, three times the ordinary value
   EXPECT_NEAR(wider.sigma[0], 1.5, 1e-12);
   EXPECT_NEAR(wider.bound_95[0], 3.75, 1e-12);
   EXPECT_EQ(wider.x_hat[0], 0.0);
@@ -376,12 +378,12 @@ TEST(Monitor, WidensIntervalsByTheDisagreementAndMakesThemUnknownDuringAnAlarm) 
   monitor.reset();
   (void)after(6.0, 2000);
   ASSERT_EQ(monitor.alarm(), Alarm::kNone);
-  EXPECT_EQ(monitor.widened(outside).sigma[0], most) << "unknown stays unknown, and finite in float";
+  EXPECT_EQ(monitor.widened(outside).sigma[0], most) << "an unknown error stays unknown, and finite in float";
 }
 
 TEST(Monitor, IsSilentUntilArmedAndAfterAReset) {
   Model m = quiet_model();
-  m.variance_limit[0][0] = 0.5;  // white noise of one deviation is above it
+  m.variance_limit[0][0] = 0.5;  // white noise with one deviation exceeds it
   m.armed_after = 30;
   Monitor<Model> monitor(m);
   for (int run = 0; run < 2; ++run) {
@@ -411,19 +413,19 @@ TEST(Monitor, IsNotArmedAfterAResetOfItsObserver) {
   };
   arm();
   observer.started = 0;
-  (void)monitor.usable_outputs(0.0, observer);  // before the step that starts it
+  (void)monitor.usable_outputs(0.0, observer);  // before the step that starts the observer
   EXPECT_FALSE(monitor.armed());
   EXPECT_EQ(monitor.alarm(), Alarm::kNone);
   observer.started = 1;
   arm();
   observer.started = 0;
-  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kNone) << "after a step that could not start it";
+  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kNone) << "after a step that could not start the observer";
   EXPECT_FALSE(monitor.armed());
   observer.started = 1;
   arm();
   observer.started = 0;
   observer.last = StepStatus::kReset;
-  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kReset) << "a flipped bit has reset it";
+  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kReset) << "a bit flip reset the observer";
   EXPECT_FALSE(monitor.armed());
 }
 

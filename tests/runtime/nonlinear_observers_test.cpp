@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The observers (15) and (11): where they are linear, against the matrix exponential; where they are not, by their
-// order of convergence.
+// The observers (15) and (11): compared with the matrix exponential if they are linear, and by their order of
+// convergence otherwise.
 #include <nlo/eigen.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
@@ -19,7 +19,7 @@ namespace {
 using testing::general_model;
 using testing::luenberger_model;
 
-/// The closed form over h of x' = A_e x + G y with y a ramp from y0 to y1: the exponential of the system of [x; y; y'].
+/// Closed form over h of x' = A_e x + G y, with y a ramp from y0 to y1: the exponential of the system of [x; y; y'].
 Eigen::Vector2d exact_step(const Eigen::Vector2d& x, double y0, double y1, double h) {
   Eigen::Matrix4d system = Eigen::Matrix4d::Zero();
   for (int i = 0; i < 2; ++i) {
@@ -52,10 +52,10 @@ double distance_to_closed_form(const Model& model, Hold hold) {
   return worst;
 }
 
-// One RK4 step errs by (|A_e| h)^5 / 120 = (6.7 * 0.02)^5 / 120 = 4e-7 of |x| ~ 1, which dies out in 1 / 1.65 s: 30
+// One RK4 step errs by (|A_e| h)^5 / 120 = (6.7 * 0.02)^5 / 120 = 4e-7 of |x| ~ 1; this decays with 1 / 1.65 s, 30
 // steps.
 constexpr double kRungeKutta = 1.2e-5;
-constexpr double kInFloat = 2e-5;  // and some hundred roundings of 6e-8
+constexpr double kInFloat = 2e-5;  // and about a hundred roundings of 6e-8
 
 template <class Make>
 void expect_closed_form(const Make& make) {
@@ -66,15 +66,15 @@ void expect_closed_form(const Make& make) {
   }
 }
 
-TEST(LuenbergerObserver, WithoutANonlinearityIsTheMatrixExponential) {
+TEST(LuenbergerObserver, WithoutANonlinearityEqualsTheMatrixExponential) {
   expect_closed_form([](double scale) { return luenberger_model<double>(scale); });
   const auto narrow = luenberger_model<float>(0.0);
   EXPECT_LT((distance_to_closed_form<LuenbergerObserver<decltype(narrow)>>(narrow, Hold::kFirstOrder)), kInFloat);
-  const auto control = luenberger_model<double>(0.01);  // a network of a hundredth shows
+  const auto control = luenberger_model<double>(0.01);  // a network with weights of a hundredth is detected
   EXPECT_GT((distance_to_closed_form<LuenbergerObserver<decltype(control)>>(control, Hold::kFirstOrder)), 1e-4);
 }
 
-TEST(GeneralObserver, WithALinearFIsTheMatrixExponential) {
+TEST(GeneralObserver, WithALinearFEqualsTheMatrixExponential) {
   expect_closed_form([](double scale) { return general_model<double>(scale); });
   const auto narrow = general_model<float>(0.0);
   EXPECT_LT((distance_to_closed_form<GeneralObserver<decltype(narrow)>>(narrow, Hold::kFirstOrder)), kInFloat);
@@ -82,9 +82,9 @@ TEST(GeneralObserver, WithALinearFIsTheMatrixExponential) {
   EXPECT_GT((distance_to_closed_form<GeneralObserver<decltype(control)>>(control, Hold::kFirstOrder)), 1e-4);
 }
 
-TEST(LuenbergerObserver, FollowsAKnownPlantToTheTruth) {
+TEST(LuenbergerObserver, ConvergesToTheTrueStateOfAKnownPlant) {
   // x1' = x2, x2' = -4 x1 - 0.3 x2 and y = x1 is A = A_e + G C of the model above: the error is exp(A_e t) e_0.
-  constexpr double kHoldError = 2e-4;  // y is no ramp between samples: (2 * 0.02)^2 / 12 of |G y| ~ 3
+  constexpr double kHoldError = 2e-4;  // linear interpolation of y between samples: (2 * 0.02)^2 / 12 of |G y| ~ 3
   const auto model = luenberger_model<double>(0.0);
   LuenbergerObserver observer(model);
   const Eigen::Matrix2d plant = (Eigen::Matrix2d() << 0, 1, -4, -0.3).finished();
@@ -98,7 +98,7 @@ TEST(LuenbergerObserver, FollowsAKnownPlantToTheTruth) {
   EXPECT_LT((as_eigen(x_hat) - x).norm(), kHoldError);
 }
 
-/// z after 1 s of y = 0.5 - 2 t (a ramp at any sample period), sampled `steps` times.
+/// Returns z after 1 s of y = 0.5 - 2 t (a ramp for any sample period), with `steps` samples.
 template <class Model>
 Eigen::Vector2d after_a_second(const Model& pattern, int steps) {
   Model model = pattern;
@@ -132,7 +132,7 @@ void expect_gaps_in_pieces(const Model& model) {
   for (int r = 0; r < 2; ++r) EXPECT_NEAR(once.latent()[r], often.latent()[r], kRounding);
 }
 
-TEST(NonlinearObservers, SpanAGapAsIfItHadBeenSampled) {
+TEST(NonlinearObservers, StepOverAGapEqualsStepsOverItsSamples) {
   expect_gaps_in_pieces(luenberger_model<double>());
   expect_gaps_in_pieces(general_model<double>());
 }

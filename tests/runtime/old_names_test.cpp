@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Names of version 0.2 still compile, with a warning, and mean what they meant.
+// Names of version 0.2 still compile, with a deprecation warning, and have their old meaning.
 #include <gtest/gtest.h>
 
 #include <cmath>

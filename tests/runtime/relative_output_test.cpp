@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Outputs that T* knows only through z - S y: an encoder that counts turns without end. They are not clamped: whole W
-// are taken away from y and from z (measurement.h, steady_state.h). A DC motor is a linear plant, so T is a closed
-// form: T A = D T + F C and F_u = T B, and x = R^-1 (z - y) with R the columns of T but the angle's.
+// Outputs that T* reads only as z - S y: an encoder that counts turns without end. They are not clamped: whole
+// multiples of W are subtracted from y and from z (measurement.h, steady_state.h). A DC motor is a linear plant, so T
+// has a closed form: T A = D T + F C and F_u = T B, and x = R^-1 (z - y) with R the columns of T except that of the
+// angle.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
@@ -28,7 +29,7 @@ constexpr double kPeriod_s = 1e-3, kWrap = 4096.0, kDeclared = 1000.0;  // rad
 struct Motor {
   Matrix a = (Matrix(4, 4) << 0, 1, 0, 0, 0, -0.1, 400, -1e4, 0, -20, -500, 0, 0, 0, 0, 0).finished();
   Vector4d b{0, 0, 500, 0};
-  Matrix step_a = Matrix::Identity(4, 4);  // over one sample period, exactly
+  Matrix step_a = Matrix::Identity(4, 4);  // over one sample period, exact
   Vector4d step_b = Vector4d::Zero();
 
   Motor() {
@@ -82,7 +83,7 @@ EncoderModel<Scalar> encoder_model(double wrap = kWrap) {
   return model;
 }
 
-enum class Count { kAll, kModulo };  // how the encoder is read: all turns, or what is left of W
+enum class Count { kAll, kModulo };  // readings of the encoder: all turns, or modulo W
 
 struct Flown {
   double worst_speed = 0.0;  ///< largest error of the speed after the first 0.2 s [rad/s]
@@ -91,7 +92,7 @@ struct Flown {
   bool left_domain = false;
 };
 
-/// Turns the motor at 120 rad/s, 20 rad/s up and down, for that many seconds.
+/// Runs the motor at 120 rad/s, 20 rad/s up and down, for `seconds`.
 template <Arithmetic kArithmetic, class Scalar>
 Flown fly(const EncoderModel<Scalar>& model, Count count, double seconds) {
   const Motor motor;
@@ -114,11 +115,11 @@ Flown fly(const EncoderModel<Scalar>& model, Count count, double seconds) {
   return flown;
 }
 
-// Float has steps of 2^-14 rad at 1,000 rad and of 2^-12 rad at 2,048: T*, of three modes within 2.3 times of one
-// another, makes 0.6 and 1.3 rad/s of them.
+// Float has steps of 2^-14 rad at 1,000 rad and of 2^-12 rad at 2,048 rad. T* has three modes within a factor of 2.3,
+// which amplifies these to 0.6 and 1.3 rad/s.
 constexpr double kAsInTheFirstSeconds = 1.0, kAsInTheFirstTurn = 2.0;
 
-TEST(RelativeOutput, AnEncoderAt120RadPerSecondIsFollowedFor20Minutes) {
+TEST(RelativeOutput, FollowsAnEncoderAt120RadPerSecondFor20Minutes) {
   const auto model = encoder_model<float>();
   const auto check = [&]<Arithmetic kArithmetic> {
     const Flown short_flight = fly<kArithmetic>(model, Count::kAll, 8.0);
@@ -126,9 +127,9 @@ TEST(RelativeOutput, AnEncoderAt120RadPerSecondIsFollowedFor20Minutes) {
     const Flown modulo = fly<kArithmetic>(model, Count::kModulo, 1200.0);
     EXPECT_EQ(modulo.worst, StepStatus::kOk);
     EXPECT_FALSE(modulo.left_domain);
-    EXPECT_LT(modulo.worst_speed, kAsInTheFirstTurn) << "as in the first 20 seconds: no error grows";
+    EXPECT_LT(modulo.worst_speed, kAsInTheFirstTurn) << "as in the first 20 seconds: the error does not grow";
     EXPECT_LT(modulo.worst_latent, 0.51 * kWrap + 10.0);
-    // At 144,000 rad float itself has steps of 2^-6 rad.
+    // At 144,000 rad, float itself has steps of 2^-6 rad.
     const Flown all = fly<kArithmetic>(model, Count::kAll, 1200.0);
     EXPECT_EQ(all.worst, StepStatus::kOk);
     EXPECT_FALSE(all.left_domain);
@@ -138,20 +139,20 @@ TEST(RelativeOutput, AnEncoderAt120RadPerSecondIsFollowedFor20Minutes) {
   check.operator()<Arithmetic::kDeterministic>();
 }
 
-TEST(RelativeOutput, WithoutAWrapItIsClampedAndTheStatusSaysSo) {
+TEST(RelativeOutput, WithoutAWrapIsClampedAndReported) {
   const Flown clamped = fly<Arithmetic::kFast>(encoder_model<float>(0.0), Count::kAll, 20.0);
   EXPECT_EQ(clamped.worst, StepStatus::kOutOfRange);
   EXPECT_TRUE(clamped.left_domain);
-  EXPECT_GT(clamped.worst_speed, 100.0) << "control: what clamping did to the speed";
+  EXPECT_GT(clamped.worst_speed, 100.0) << "control: clamping makes the speed wrong";
 }
 
-TEST(RelativeOutput, InDoubleItIsTheClosedFormAllTheWay) {
+TEST(RelativeOutput, InDoubleEqualsTheClosedForm) {
   const Flown flown = fly<Arithmetic::kFast>(encoder_model<double>(), Count::kAll, 120.0);
   EXPECT_EQ(flown.worst, StepStatus::kOk);
-  EXPECT_LT(flown.worst_speed, 0.05) << "a ramp between samples is not the plant";
+  EXPECT_LT(flown.worst_speed, 0.05) << "the error of linear interpolation between samples";
 }
 
-TEST(RelativeOutput, WithinItsDeclaredRangeTheWrapChangesNoBit) {
+TEST(RelativeOutput, TheWrapChangesNoBitWithinTheDeclaredRange) {
   const auto model = encoder_model<float>(), clamping = encoder_model<float>(0.0);
   KklObserver wrapping(model), plain(clamping);
   std::mt19937 random(3);
@@ -163,11 +164,11 @@ TEST(RelativeOutput, WithinItsDeclaredRangeTheWrapChangesNoBit) {
   }
 }
 
-TEST(RelativeOutput, GivenAnyNumberOfWrapsOnItIsTheSameToTheBit) {
+TEST(RelativeOutput, AnyNumberOfWrapsMoreGivesTheSameBits) {
   const auto model = encoder_model<float>();
   KklObserver near(model), far(model);
   std::mt19937 random(4);
-  for (int k = 0; k < 20000; ++k) {  // multiples of 2^-4: exact 60 W on, too
+  for (int k = 0; k < 20000; ++k) {  // multiples of 2^-4, which are also exact 60 W further
     const float y = std::round(16.0F * testing::uniform<float>(random, -kDeclared, kDeclared)) / 16.0F;
     const auto wraps = static_cast<float>(static_cast<int>(random() % 121) - 60);
     ASSERT_EQ(near.step({{y}}, {{1.0F}}), StepStatus::kOk);
@@ -176,7 +177,7 @@ TEST(RelativeOutput, GivenAnyNumberOfWrapsOnItIsTheSameToTheBit) {
   }
 }
 
-TEST(RelativeOutput, BeyondItsAcceptedRangeOrNotFiniteItIsHeld) {
+TEST(RelativeOutput, IsHeldBeyondItsAcceptedRangeOrIfNotFinite) {
   const auto model = encoder_model<float>();
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{5.0F}}, {{0.0F}}), StepStatus::kOk);
@@ -191,11 +192,12 @@ TEST(RelativeOutput, BeyondItsAcceptedRangeOrNotFiniteItIsHeld) {
   EXPECT_EQ(observer.save().y[0], 0.0F);
 }
 
-TEST(RelativeOutput, OfAPlantInABatchEqualsThatOfAnObserver) {
+TEST(RelativeOutput, OfAPlantInABatchEqualsThatOfASingleObserver) {
   constexpr int kPlants = 37;
   const auto model = encoder_model<float>(64.0);
   std::mt19937 random(8);
-  // Encoders that turn by 20 rad a sample, each in its own turn; now and then all rest near zero, or one is missing.
+  // Encoders that turn by 20 rad per sample, each in another turn; sometimes all are at rest near zero, or one is
+  // missing.
   const auto reading = [&random](int k, int plant, int channel) {
     if (channel == 1) return 0.0F;
     if (k % 7 < 3) return 10.0F + 0.25F * static_cast<float>(plant);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model that saturates: within its reach the estimate is that of T*, bit for bit; beyond, that of the edge; the
-// change is continuous; batches agree.
+// A model that saturates: within its reach the estimate equals that of T* bit for bit; beyond, it is that of the edge;
+// the transition is continuous; batches agree.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
@@ -16,7 +16,7 @@
 namespace nlo {
 namespace {
 
-/// `base` with the same fields, and a reach.
+/// Returns `base` with the same fields and a reach.
 template <Saturation kSaturation, class Scalar, int kNx, int kNy, int kNz, int kPairs, class Map>
 auto saturating(const KklModel<Scalar, kNx, kNy, kNz, kPairs, Map>& base, double reach) {
   KklModel<Scalar, kNx, kNy, kNz, kPairs, Map, 0, Hold::kZeroOrder, 0, kSaturation> m{};
@@ -28,13 +28,13 @@ auto saturating(const KklModel<Scalar, kNx, kNy, kNz, kPairs, Map>& base, double
   m.inverse_map = base.inverse_map;
   for (int r = 0; r < kNz; ++r) {
     m.reach.min[r] = static_cast<Scalar>(-reach);
-    m.reach.max[r] = static_cast<Scalar>(reach * (r + 1));  // each coordinate has a side of its own
+    m.reach.max[r] = static_cast<Scalar>(reach * (r + 1));  // each coordinate has its own limits
     if constexpr (kSaturation == Saturation::kRelativeLatent) m.reach.steady_gain[0][r] = m.latent.steady_gain[r][0];
   }
   return m;
 }
 
-/// An observer of the model with that z and y.
+/// Returns an observer of the model with these z and y.
 template <Arithmetic kArithmetic, class Model, class Scalar, int kNz>
 KklObserver<Model, kArithmetic> at(const Model& model, const Scalar (&z)[kNz], const Scalar (&y)[Model::kNr]) {
   KklObserver<Model, kArithmetic> observer(model);
@@ -63,10 +63,10 @@ void expect_closed_form() {
       ASSERT_EQ(x_hat[r], want);
     }
   }
-  EXPECT_GT(outside, 400) << "control: the box was left";
+  EXPECT_GT(outside, 400) << "control: z left the box";
 }
 
-TEST(Saturation, IsTheBoxInEachCoordinateForAnyZ) {
+TEST(Saturation, LimitsEachCoordinateToItsBoxForAnyZ) {
   expect_closed_form<float, Arithmetic::kFast>();
   expect_closed_form<float, Arithmetic::kDeterministic>();
   expect_closed_form<double, Arithmetic::kFast>();
@@ -86,7 +86,7 @@ void expect_relative_closed_form() {
     const double size = k % 2 == 0 ? 0.45 : 1.5;
     for (int r = 0; r < 4; ++r) {
       relative[r] = testing::uniform<Scalar>(random, -size, size);
-      z[r] = relative[r] + model.latent.steady_gain[r][0] * y[0];  // the angle alone is relative
+      z[r] = relative[r] + model.latent.steady_gain[r][0] * y[0];  // only the angle is relative
     }
     const auto limited = at<kArithmetic>(model, z, y).estimate(), free = at<kArithmetic>(base, z, y).estimate();
     for (int r = 0; r < 4; ++r) {  // T* = z - S angle
@@ -94,7 +94,7 @@ void expect_relative_closed_form() {
       ASSERT_NEAR(limited[r], want, rounding);
       if (k % 2 == 0) {
         ++inside;
-        ASSERT_EQ(limited[r], free[r]) << "not a bit of a difference within reach";
+        ASSERT_EQ(limited[r], free[r]) << "equal bits within reach";
       }
     }
   }
@@ -139,7 +139,8 @@ void expect_relative_box() {
   }
 }
 
-TEST(Saturation, IsTheRelativeBoxForAnyNumberOfCoordinates) {  // fewer than a vector, vectors, and some that are left
+TEST(Saturation,
+     LimitsToTheRelativeBoxForAnyNumberOfCoordinates) {  // less than a vector, whole vectors, and a remainder
   expect_relative_box<float, 1, Arithmetic::kFast>();
   expect_relative_box<float, 3, Arithmetic::kFast>();
   expect_relative_box<float, 3, Arithmetic::kDeterministic>();
@@ -149,7 +150,7 @@ TEST(Saturation, IsTheRelativeBoxForAnyNumberOfCoordinates) {  // fewer than a v
   expect_relative_box<double, 5, Arithmetic::kDeterministic>();
 }
 
-TEST(Saturation, TheEstimateIsContinuousAndStaysWhereTheEdgeHasIt) {
+TEST(Saturation, TheEstimateIsContinuousAndConstantBeyondTheEdge) {
   const auto model = saturating<Saturation::kLatent>(testing::pair_model<double>(Hold::kFirstOrder), 2.0);
   constexpr double kStep = 1e-3;
   double last = -2.0;
@@ -163,7 +164,7 @@ TEST(Saturation, TheEstimateIsContinuousAndStaysWhereTheEdgeHasIt) {
   EXPECT_EQ(last, 2.0);
 }
 
-TEST(Saturation, SteppingDoesNotNoticeIt) {
+TEST(Saturation, DoesNotAffectSteps) {
   const auto base = testing::pair_model<float>(Hold::kFirstOrder);
   const auto model = saturating<Saturation::kLatent>(base, 0.1);
   KklObserver limited(model);
@@ -174,7 +175,7 @@ TEST(Saturation, SteppingDoesNotNoticeIt) {
     const float y = testing::uniform<float>(random, -8, 8);
     ASSERT_EQ(limited.step(y), free.step(y));
     ASSERT_TRUE(testing::same_bits(limited.save(), free.save()));
-    ASSERT_EQ(limited.in_domain(), free.in_domain()) << "the domain is where training was, not where T* is held";
+    ASSERT_EQ(limited.in_domain(), free.in_domain()) << "the domain is that of training, not the reach of T*";
     differed = differed || limited.estimate()[0] != free.estimate()[0];
   }
   EXPECT_TRUE(differed) << "control";
@@ -189,7 +190,7 @@ float batch_off_observers(const Base& base) {
                                          KklObserver<Model, kArithmetic>{model}, testing::AnyMeasurement{});
 }
 
-TEST(Saturation, ABatchEqualsAsManyObservers) {
+TEST(Saturation, ABatchEqualsSingleObservers) {
   const auto pair = testing::pair_model<float>(Hold::kFirstOrder);
   const auto angle = testing::angle_model<float>();
   EXPECT_EQ((batch_off_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair)), 0.0F);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs that may be missing: they fade to where they rested, T* is told how stale they are,
-// nothing else is disturbed.
+// Outputs that may be missing: they fade to their rest value, T* reads their staleness, and other channels are not
+// affected.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 #include <nlo/sensor_failures.h>
@@ -19,7 +19,7 @@ namespace {
 constexpr double kGone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFlightStep_s = 0.05, kStaleness_s = 0.2, kRest = 3.0;
 
-/// Two outputs with a mode of unit gain each; the second may be missing, and rests at 3. T* = z.
+/// Two outputs with a mode of unit gain each; the second may be missing and rests at 3. T* = z.
 template <class Scalar>
 using Failing = KklModel<Scalar, 2, 2, 2, 0, decltype(testing::identity_map<Scalar, 2>()), 0, Hold::kZeroOrder, 1>;
 
@@ -45,7 +45,7 @@ Failing<Scalar> failing_model(bool starts_steady = false) {
   return m;
 }
 
-TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
+TEST(SensorFailures, AMissingOutputFadesToItsRestValueByTheClosedForm) {
   const auto model = failing_model<double>();
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0, -2.0}}), StepStatus::kOk);
@@ -56,7 +56,7 @@ TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
     const double dt_s = irregular ? 0.13 : kFlightStep_s;
     time_s += dt_s;
     const StepStatus status = irregular ? observer.step({{1.0, kGone}}, dt_s) : observer.step({{1.0, kGone}});
-    ASSERT_EQ(status, StepStatus::kHeld) << "never stale: it was declared";
+    ASSERT_EQ(status, StepStatus::kHeld) << "never stale, because the output may be missing";
     const double left = std::exp(-time_s / kStaleness_s);
     ASSERT_NEAR(observer.save().y[1], kRest + left * (-2.0 - kRest), 1e-13);
     ASSERT_NEAR(observer.staleness(1), 1.0 - left, 1e-14);
@@ -68,8 +68,8 @@ TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
   EXPECT_NEAR(observer.staleness(1), stale * std::exp(-kFlightStep_s / kStaleness_s), 1e-15);
 }
 
-TEST(SensorFailures, EachFailsByItself) {
-  // The outputs 2 and 0 of three may fail, in this order; rests 3 and -1. Each is missing at times of its own.
+TEST(SensorFailures, OutputsFailIndependently) {
+  // Outputs 2 and 0 of three may fail, in this order; their rest values are 3 and -1. Each is missing at other times.
   const SensorFailures<double, 2> failures{{2, 0}, {kRest, -1.0}, 1.0 / kStaleness_s, 0.75};
   double last[5] = {1.0, 5.0, -2.0, 0.25, 0.5};  // outputs, stalenesses of 2 and of 0
   for (int k = 0; k < 8; ++k) {
@@ -94,20 +94,20 @@ TEST(SensorFailures, EachFailsByItself) {
   }
 }
 
-TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
+TEST(SensorFailures, ARateThatOverflowsOverAGapFadesCompletely) {
   auto model = failing_model<float>();
   model.failures.rate = 3.3e38F;  // a staleness of 3e-39 s, which validation refuses
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0F, -2.0F}}), StepStatus::kOk);
   EXPECT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}, 40.0F), StepStatus::kStale);
-  EXPECT_EQ(observer.status(1), StepStatus::kHeld) << "that one was declared";
+  EXPECT_EQ(observer.status(1), StepStatus::kHeld) << "this output may be missing";
   EXPECT_EQ(observer.save().y[1], float(kRest));
   EXPECT_EQ(observer.staleness(1), 1.0F);
   EXPECT_EQ(observer.step({{1.0F, 4.0F}}, 40.0F), StepStatus::kStale);
   EXPECT_EQ(observer.staleness(1), 0.0F);
 }
 
-TEST(SensorFailures, TheOtherOutputsAreFollowedAsIfNothingWere) {
+TEST(SensorFailures, OtherOutputsAreNotAffected) {
   const auto model = failing_model<double>();
   KklObserver whole(model), broken(model);
   for (int k = 0; k < 50; ++k) {
@@ -116,10 +116,11 @@ TEST(SensorFailures, TheOtherOutputsAreFollowedAsIfNothingWere) {
     ASSERT_EQ(broken.step({{y, k < 10 ? 1.0 : kGone}}), k < 10 ? StepStatus::kOk : StepStatus::kHeld);
     ASSERT_EQ(whole.latent()[0], broken.latent()[0]);
   }
-  EXPECT_GT(std::fabs(whole.latent()[1] - broken.latent()[1]), 1.0) << "control: the other mode has seen it";
+  EXPECT_GT(std::fabs(whole.latent()[1] - broken.latent()[1]), 1.0)
+      << "control: the mode of the missing output changes";
 }
 
-TEST(SensorFailures, AnObserverStartsWithoutASensorThatMayFailAndNotWithoutAnother) {
+TEST(SensorFailures, OnlyASensorThatMayFailMayBeMissingAtTheStart) {
   for (const bool steady : {false, true}) {
     const auto model = failing_model<double>(steady);
     KklObserver observer(model);
@@ -137,7 +138,7 @@ TEST(SensorFailures, AnObserverStartsWithoutASensorThatMayFailAndNotWithoutAnoth
   EXPECT_EQ(observer.latent()[1], kRest);
 }
 
-TEST(SensorFailures, AnotherFailingSensorGoesStaleToo) {
+TEST(SensorFailures, AnotherMissingSensorStillBecomesStale) {
   const auto model = failing_model<double>();
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0, 1.0}}), StepStatus::kOk);
@@ -149,7 +150,7 @@ TEST(SensorFailures, AnotherFailingSensorGoesStaleToo) {
   EXPECT_EQ(observer.step({{50.0, kGone}}), StepStatus::kHeld) << "held is worse than clamped";
 }
 
-TEST(SensorFailures, AStateWithAnImpossibleStalenessIsRefused) {
+TEST(SensorFailures, RefusesAStateWithAnImpossibleStaleness) {
   const auto model = failing_model<float>();
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}), StepStatus::kHeld);
@@ -174,7 +175,7 @@ float batch_off_observers() {
                                          });
 }
 
-TEST(SensorFailures, ABatchEqualsAsManyObservers) {
+TEST(SensorFailures, ABatchEqualsSingleObservers) {
   EXPECT_EQ(batch_off_observers<Arithmetic::kDeterministic>(), 0.0F);
   EXPECT_LE(batch_off_observers<Arithmetic::kFast>(), 1e-5F);  // sums in another order
 }

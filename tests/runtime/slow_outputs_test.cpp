@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs with a period of their own: nothing is wrong between their samples, and a sensor that dies is still seen.
+// Outputs with a longer period of their own: between their samples nothing is missing, and a dead sensor is still
+// detected.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
@@ -18,11 +19,11 @@ constexpr float kNoSample = std::numeric_limits<float>::quiet_NaN();
 constexpr int kSlowPeriod = 20, kSlowStaleAfter = 25;  // samples
 
 using EachSample = KklModel<float, 2, 2, 2, 0, decltype(testing::identity_map<float, 2>())>;
-/// A mode of unit gain for each output; the second output comes in each 20th sample.
+/// A mode of unit gain for each output; the second output has a value in every 20th sample.
 struct TwoRates : EachSample {
   static constexpr std::uint16_t kNotDue[kNr] = {0, kSlowPeriod - 1};
 };
-/// Each 20th and each 30th sample.
+/// Values in every 20th and every 30th sample.
 struct BothSlow : EachSample {
   static constexpr std::uint16_t kNotDue[kNr] = {kSlowPeriod - 1, 29};
 };
@@ -55,25 +56,26 @@ void each_policy(const Check& check) {
   check([] { return KklObserver<TwoRates, Arithmetic::kDeterministic>(kModelOf<TwoRates>); });
 }
 
-TEST(SlowOutputs, AreNotMissedBetweenTheirSamplesAndHoldTheLastOne) {
+TEST(SlowOutputs, HoldTheLastSampleWithoutBeingMissing) {
   each_policy([](const auto& make) {
     auto observer = make();
-    KklObserver<EachSample> told(kModelOf<TwoRates>), untold(kModelOf<TwoRates>);
-    StepStatus worst_untold = StepStatus::kOk;
+    KklObserver<EachSample> repeated(kModelOf<TwoRates>), without_period(kModelOf<TwoRates>);
+    StepStatus worst_without_period = StepStatus::kOk;
     for (int k = 0; k < 200; ++k) {
       const float position = 0.1F * static_cast<float>(k / kSlowPeriod);
       const float given = k % kSlowPeriod == 0 ? position : kNoSample;
       ASSERT_EQ(observer.step({{1.0F, given}}), StepStatus::kOk) << k;
       ASSERT_EQ(observer.status(1), StepStatus::kOk);
-      ASSERT_EQ(told.step({{1.0F, position}}), StepStatus::kOk);
-      for (int r = 0; r < 2; ++r) ASSERT_EQ(observer.latent()[r], told.latent()[r]) << k << ": the last one is held";
-      worst_untold = worse<Arithmetic::kFast>(worst_untold, untold.step({{1.0F, given}}));
+      ASSERT_EQ(repeated.step({{1.0F, position}}), StepStatus::kOk);
+      for (int r = 0; r < 2; ++r)
+        ASSERT_EQ(observer.latent()[r], repeated.latent()[r]) << k << ": the last value is held";
+      worst_without_period = worse<Arithmetic::kFast>(worst_without_period, without_period.step({{1.0F, given}}));
     }
-    EXPECT_EQ(worst_untold, StepStatus::kHeld) << "control: without its period the output is missing";
+    EXPECT_EQ(worst_without_period, StepStatus::kHeld) << "control: without its period the output is missing";
   });
 }
 
-TEST(SlowOutputs, AreLateAfterHalfAPeriodAndStaleFromTheSampleThatWasDue) {
+TEST(SlowOutputs, AreLateAfterHalfAPeriodAndStaleByTheTimeOfTheDueSample) {
   each_policy([](const auto& make) {
     auto observer = make();
     (void)observer.step({{1.0F, 2.0F}});
@@ -85,13 +87,13 @@ TEST(SlowOutputs, AreLateAfterHalfAPeriodAndStaleFromTheSampleThatWasDue) {
       ASSERT_EQ(observer.status(1), expected);
       ASSERT_EQ(observer.status(0), StepStatus::kOk);
     }
-    EXPECT_EQ(observer.step({{1.0F, 2.0F}}), StepStatus::kOk) << "one sample ends it";
+    EXPECT_EQ(observer.step({{1.0F, 2.0F}}), StepStatus::kOk) << "one sample resets it";
     for (int k = 1; k < kSlowPeriod * 3 / 2; ++k) ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kOk) << k;
     EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld);
   });
 }
 
-TEST(SlowOutputs, DoNotHideThatAnotherOutputIsMissing) {
+TEST(SlowOutputs, DoNotHideAnotherMissingOutput) {
   each_policy([](const auto& make) {
     auto observer = make();
     (void)observer.step({{1.0F, 2.0F}});
@@ -102,12 +104,12 @@ TEST(SlowOutputs, DoNotHideThatAnotherOutputIsMissing) {
   });
 }
 
-TEST(SlowOutputs, ThatHaveNotArrivedSinceAResetAreMissing) {
+TEST(SlowOutputs, AreMissingUntilTheirFirstSampleAfterAReset) {
   each_policy([](const auto& make) {
     auto observer = make();
     for (int round = 0; round < 2; ++round) {
       for (int k = 0; k < 40; ++k) {
-        ASSERT_GE(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld) << k << ": nothing is known";
+        ASSERT_GE(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld) << k << ": no value is known";
         ASSERT_EQ(observer.save().started, 0);
       }
       EXPECT_EQ(observer.status(), StepStatus::kStale);
@@ -118,7 +120,7 @@ TEST(SlowOutputs, ThatHaveNotArrivedSinceAResetAreMissing) {
   });
 }
 
-TEST(SlowOutputs, ThatNeverArriveTogetherStartTheObserver) {
+TEST(SlowOutputs, StartTheObserverEvenIfTheyNeverArriveTogether) {
   KklObserver<BothSlow> observer(kModelOf<BothSlow>);
   const auto first = [](int k) { return k % kSlowPeriod == 3 ? 1.0F : kNoSample; };
   const auto second = [](int k) { return k % 30 == 11 ? 2.0F : kNoSample; };
@@ -129,7 +131,7 @@ TEST(SlowOutputs, ThatNeverArriveTogetherStartTheObserver) {
   EXPECT_EQ(observer.save().y[1], 2.0F);
 }
 
-TEST(SlowOutputs, AreClampedForAsLongAsAClampedValueIsInUse) {
+TEST(SlowOutputs, AreReportedAsClampedWhileAClampedValueIsInUse) {
   each_policy([](const auto& make) {
     auto observer = make();
     (void)observer.step({{1.0F, 2.0F}});
@@ -145,7 +147,7 @@ TEST(SlowOutputs, AreClampedForAsLongAsAClampedValueIsInUse) {
   });
 }
 
-TEST(SlowOutputs, CountTheSamplesThatAStepOverAGapHasMissed) {
+TEST(SlowOutputs, CountTheMissedSamplesOfAStepOverAGap) {
   each_policy([](const auto& make) {
     auto observer = make();
     (void)observer.step({{1.0F, 2.0F}});
@@ -187,7 +189,7 @@ TEST(SlowOutputs, AWarmStartUsesTheLastSampleAndNeedsOne) {
 
 using MayFail = KklModel<float, 2, 2, 2, 0, decltype(testing::identity_map<float, 2>()), 0, Hold::kZeroOrder, 1>;
 constexpr float kSlowRest = 3.0F, kSlowStaleness_s = 0.1F;
-/// The slow output may fail, too, and rests at 3.
+/// The slow output may also fail, and rests at 3.
 struct SlowMayFail : MayFail {
   static constexpr std::uint16_t kNotDue[kNr] = {0, kSlowPeriod - 1, 0};
 };
@@ -224,14 +226,14 @@ TEST(SlowOutputsThatMayFail, HoldTheirValueUntilTheyAreLateAndThenFadeByTheClose
       ASSERT_NEAR(observer.save().y[1], kSlowRest + left * (-2.0F - kSlowRest), 1e-5F) << since;
       ASSERT_NEAR(observer.staleness(1), 1.0F - left, 1e-5F) << since;
     }
-    EXPECT_EQ(observer.step({{1.0F, 4.0F}}), StepStatus::kOk) << "one sample ends it";
+    EXPECT_EQ(observer.step({{1.0F, 4.0F}}), StepStatus::kOk) << "one sample resets it";
     EXPECT_EQ(observer.save().y[1], 4.0F);
     EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kOk);
     EXPECT_EQ(observer.save().y[1], 4.0F);
   });
 }
 
-TEST(SlowOutputsThatMayFail, StartTheObserverWithoutThem) {
+TEST(SlowOutputsThatMayFail, DoNotPreventTheStart) {
   each_policy_that_may_fail([](auto observer) {
     EXPECT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld);
     EXPECT_EQ(observer.save().started, 1);
@@ -242,13 +244,13 @@ TEST(SlowOutputsThatMayFail, StartTheObserverWithoutThem) {
   });
 }
 
-TEST(SlowOutputsThatMayFail, FadeAfterAClampedValueToo) {
+TEST(SlowOutputsThatMayFail, AlsoFadeAfterAClampedValue) {
   each_policy_that_may_fail([](auto observer) {
     for (int k = 0; k < 200; ++k) {  // out of range for ten periods
       ASSERT_EQ(observer.step({{1.0F, k % kSlowPeriod == 0 ? 11.0F : kNoSample}}), StepStatus::kClamped) << k;
       ASSERT_EQ(observer.save().y[1], 10.0F);
     }
-    // A clamped sample counts as one that was not used unchanged, so that the output is late one sample earlier.
+    // A clamped sample counts as a bad one, so the output is late one sample earlier.
     for (int since = kSlowPeriod; since < kSlowPeriod * 3 / 2 - 1; ++since)
       ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kClamped) << since;
     for (int k = 0; k < 100; ++k) ASSERT_EQ(observer.step({{1.0F, kNoSample}}), StepStatus::kHeld) << k;
@@ -256,7 +258,7 @@ TEST(SlowOutputsThatMayFail, FadeAfterAClampedValueToo) {
   });
 }
 
-TEST(SlowOutputsThatMayFail, CountTheSamplesThatAStepOverAGapHasMissed) {
+TEST(SlowOutputsThatMayFail, CountTheMissedSamplesOfAStepOverAGap) {
   each_policy_that_may_fail([](auto observer) {
     (void)observer.step({{1.0F, -2.0F}});
     (void)observer.step({{1.0F, kNoSample}}, 0.29F);
@@ -268,7 +270,7 @@ TEST(SlowOutputsThatMayFail, CountTheSamplesThatAStepOverAGapHasMissed) {
   });
 }
 
-TEST(SlowOutputs, OfABatchAreThoseOfItsObservers) {
+TEST(SlowOutputs, InABatchEqualThoseOfSingleObservers) {
   constexpr int kPlants = 16;
   KklBatch<TwoRates, kPlants> batch(kModelOf<TwoRates>);
   KklObserver<TwoRates> observer(kModelOf<TwoRates>);
@@ -280,7 +282,7 @@ TEST(SlowOutputs, OfABatchAreThoseOfItsObservers) {
     ASSERT_EQ(batch.step(y), expected) << k;
     for (int n = 0; n < kPlants; ++n) ASSERT_EQ(batch.status(n, 1), observer.status(1));
   }
-  EXPECT_EQ(batch.status(3), StepStatus::kStale) << "the sensor died";
+  EXPECT_EQ(batch.status(3), StepStatus::kStale) << "the sensor is dead";
 }
 
 }  // namespace

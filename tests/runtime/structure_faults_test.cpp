@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// For any input, every structure keeps z finite, reports a status, and can be saved and restored.
+// For any input, each structure keeps z finite, reports a status, and can be saved and restored.
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
@@ -22,7 +22,7 @@ using testing::general_model;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// All entries one value.
+/// Returns a vector with all entries equal.
 template <class Vector, class Scalar>
 Vector filled(Scalar value) {
   Vector all{};
@@ -30,7 +30,7 @@ Vector filled(Scalar value) {
   return all;
 }
 
-/// A step of any observer, with inputs where it takes them.
+/// A step of any observer, with inputs if it has any.
 template <class Observer, class Scalar, class... Dt>
 StepStatus step(Observer& observer, Scalar y, Scalar u, Dt... dt_s) {
   const auto output = filled<typename Observer::Output>(y);
@@ -45,7 +45,7 @@ template <class Observer>
 void expect_sane(const Observer& observer) {
   for (const auto z : observer.latent()) ASSERT_TRUE(is_finite(z));
   Observer other = observer;
-  ASSERT_TRUE(other.restore(observer.save())) << "stepping can reach what restore() refuses";
+  ASSERT_TRUE(other.restore(observer.save())) << "restore() refuses a state that stepping can reach";
 }
 
 template <class Scalar>
@@ -75,9 +75,9 @@ TEST(EveryStructure, StaysFiniteForAnyInput) {
   fuzz<double>(kSeed);
 }
 
-TEST(EveryStructure, HoldsAFaultAndTurnsStale) {
+TEST(EveryStructure, HoldsABadMeasurementAndBecomesStale) {
   each_structure<float>([](auto& observer) {
-    ASSERT_EQ(step(observer, kNaN, 0.0F), StepStatus::kHeld);  // nothing to hold yet
+    ASSERT_EQ(step(observer, kNaN, 0.0F), StepStatus::kHeld);  // no value to hold yet
     ASSERT_EQ(observer.latent()[0], observer.model().initial_latent()[0]);
     ASSERT_EQ(step(observer, 1.0F, 0.0F), StepStatus::kOk);
     ASSERT_EQ(step(observer, kNaN, 0.0F), StepStatus::kHeld);
@@ -88,7 +88,7 @@ TEST(EveryStructure, HoldsAFaultAndTurnsStale) {
   });
 }
 
-TEST(EveryStructure, AMissedSampleIsTheLastOneAgain) {
+TEST(EveryStructure, AMissedSampleEqualsTheLastOneRepeated) {
   each_structure<float>([](auto& observer) {
     auto other = observer;
     for (const float y : {1.0F, 1.5F, 0.5F}) {
@@ -100,7 +100,7 @@ TEST(EveryStructure, AMissedSampleIsTheLastOneAgain) {
     using Model = typename std::remove_reference_t<decltype(observer)>::Model;
     constexpr bool kRepeats = !requires {
       Model::kReadsArrivals;
-    };  // others step over it
+    };  // other structures step over it
     ASSERT_EQ(testing::same_latent(observer.save(), other.save()), kRepeats);
   });
 }
@@ -159,7 +159,7 @@ struct Upset : Observer {
   auto& memory() { return this->state_; }
 };
 
-/// Flips each bit of z and y in turn and steps on. How many flips were seen as kReset.
+/// Flips each bit of z and y in turn and continues. Returns how many flips gave kReset.
 template <class Observer>
 int upset_everywhere(const Observer& running) {
   using Scalar = typename Observer::Scalar;
@@ -167,13 +167,14 @@ int upset_everywhere(const Observer& running) {
   int seen = 0;
   const auto fly = [&](Upset<Observer> observer, bool of_z) {
     const bool corrupted = !is_reachable(observer.memory(), running.model().outputs);
-    EXPECT_EQ(observer.status() == StepStatus::kReset, corrupted) << "said at once";
-    const bool spoilt = !is_reachable(observer.memory().z);
+    EXPECT_EQ(observer.status() == StepStatus::kReset, corrupted) << "reported at once";
+    const bool z_corrupted = !is_reachable(observer.memory().z);
     if (!corrupted) {
-      for (const Scalar x : observer.estimate()) EXPECT_TRUE(is_finite(x)) << "neither kReset nor an estimate";
+      for (const Scalar x : observer.estimate())
+        EXPECT_TRUE(is_finite(x)) << "without kReset the estimate must be finite";
     }
     const StepStatus first = step(observer, Scalar(1.0), Scalar(0.3));
-    if (spoilt && of_z && first == StepStatus::kOk) {  // the step has let it out
+    if (z_corrupted && of_z && first == StepStatus::kOk) {  // the step did not detect it
       Observer other(running);
       (void)step(other, Scalar(1.0), Scalar(0.3));
       EXPECT_TRUE(testing::same_latent(observer.save(), other.save()));
@@ -182,7 +183,7 @@ int upset_everywhere(const Observer& running) {
       for (const Scalar z : observer.latent()) EXPECT_TRUE(is_finite(z));
       const StepStatus status = step(observer, Scalar(1.0), Scalar(0.3));
       if (k > 0) {
-        EXPECT_NE(status, StepStatus::kReset) << "it goes on";
+        EXPECT_NE(status, StepStatus::kReset) << "it continues normally";
       }
     }
     if (first != StepStatus::kReset) return;
@@ -190,7 +191,7 @@ int upset_everywhere(const Observer& running) {
     Observer fresh(running.model());
     (void)step(fresh, Scalar(1.0), Scalar(0.3));
     for (int k = 0; k < 2; ++k) (void)step(fresh, Scalar(1.0), Scalar(0.3));
-    EXPECT_TRUE(testing::same_latent(observer.save(), fresh.save())) << "as one that begins";
+    EXPECT_TRUE(testing::same_latent(observer.save(), fresh.save())) << "as a new observer";
   };
   for (int r = 0; r < Observer::kNz; ++r)
     for (int bit = 0; bit < kBits; ++bit) {
@@ -207,7 +208,7 @@ int upset_everywhere(const Observer& running) {
   return seen;
 }
 
-TEST(EveryStructure, SeesABitFlippedBeyondAllNumbersAndBeginsAnew) {
+TEST(EveryStructure, DetectsABitFlipThatMakesZUnreachableAndRestarts) {
   int seen = 0;
   const auto check = [&](auto& observer) {
     using Scalar = typename std::remove_reference_t<decltype(observer)>::Scalar;
@@ -215,7 +216,7 @@ TEST(EveryStructure, SeesABitFlippedBeyondAllNumbersAndBeginsAnew) {
     seen += upset_everywhere(observer);
   };
   each_structure<float>(check);
-  EXPECT_GT(seen, 10) << "control: the highest bit of an exponent leaves what steps can lead to";
+  EXPECT_GT(seen, 10) << "control: the highest bit of an exponent gives an unreachable state";
   seen = 0;
   each_structure<double>(check);
   EXPECT_GT(seen, 10);
@@ -239,9 +240,9 @@ TEST(EveryStructure, StartsFromAGivenLatentState) {
   });
 }
 
-TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndSaysSo) {
+TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndReportsIt) {
   auto model = general_model<float>();
-  model.dynamics.linear_path.weights[0][0] = 60.0F;  // grows by exp(1.2) a sample
+  model.dynamics.linear_path.weights[0][0] = 60.0F;  // grows by exp(1.2) per sample
   GeneralObserver observer(model);
   int diverged = 0;
   for (int k = 0; k < 200; ++k) {
@@ -257,7 +258,7 @@ TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndSaysSo) {
   EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
 }
 
-/// x_1' = 1 / 0 from below x_0 = 1 on.
+/// x_1' = 1 / 0 for x_0 below 1.
 struct DividingEquations : testing::OscillatorEquations<float> {
   static constexpr void derivative(const float (&x)[5], const float*, float (&dx)[5]) {
     for (float& slope : dx) slope = 0.0F;
@@ -265,25 +266,25 @@ struct DividingEquations : testing::OscillatorEquations<float> {
   }
 };
 
-TEST(PriorObserver, ADivisionBy0DoesNotComeBackIntoTheRangeUnnoticed) {
+TEST(PriorObserver, ADivisionByZeroIsReportedInsteadOfClamped) {
   const auto model = testing::prior_model<float, DividingEquations>();
   PriorObserver observer(model);
   for (int k = 0; k < 5; ++k) {
-    EXPECT_EQ(observer.step(0.0F), StepStatus::kOk) << "the first measurement divides by nothing";
-    EXPECT_EQ(observer.step(0.0F), StepStatus::kReset) << "infinite: a clamp alone would make it the range's end";
+    EXPECT_EQ(observer.step(0.0F), StepStatus::kOk) << "the first measurement does not divide";
+    EXPECT_EQ(observer.step(0.0F), StepStatus::kReset) << "infinite; a clamp would turn it into the end of the range";
     for (int r = 0; r < 9; ++r) ASSERT_TRUE(std::isfinite(observer.latent()[r]));
   }
 }
 
-// Fails if a held output counts as a measurement: the variance of the state that it measures would shrink.
-TEST(PriorObserver, StepsOverAnOutputThatIsMissing) {
+// Fails if a held output counts as a measurement: the variance of its state would shrink.
+TEST(PriorObserver, PredictsOverAMissingOutput) {
   const auto model = testing::prior_model<float>();
   PriorObserver observer(model);
   for (int k = 0; k < 50; ++k) ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);
   const auto variance = [&] { return observer.latent()[6]; };
   const float settled = variance();
   ASSERT_EQ(observer.step(kNaN), StepStatus::kHeld);
-  EXPECT_GT(variance(), 1.05F * settled) << "the process noise adds to it, and no measurement corrects it";
+  EXPECT_GT(variance(), 1.05F * settled) << "process noise increases it, and no measurement reduces it";
   const float grown = variance();
   ASSERT_EQ(observer.step(0.5F), StepStatus::kOk);
   EXPECT_LT(variance(), grown) << "control: a measurement shrinks it";
@@ -293,7 +294,7 @@ TEST(PriorObserver, StepsOverAnOutputThatIsMissing) {
   EXPECT_LT(variance(), 1.5F * before);
 }
 
-TEST(DrivenKklObserver, AnInputOutOfThisWorldIsNotTaken) {
+TEST(DrivenKklObserver, AnExtremeInputIsNotUsed) {
   const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
   DrivenKklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0F}}, {{0.1F, 0.2F}}), StepStatus::kOk);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Small observers of the other structures for the runtime's tests, in any scalar: a Luenberger-like and a general one
-// with the same linear error dynamics, a driven KKL one. Networks may be silenced to leave what is linear.
+// Small observers of the other structures for the tests of the runtime, in any scalar: a Luenberger-like and a general
+// one with the same linear error dynamics, a driven KKL one. With zero networks they are linear.
 #pragma once
 
 #include <nlo/carried_observer.h>
@@ -14,7 +14,7 @@
 
 namespace nlo::testing {
 
-/// Weights between -scale and scale that look random and are the same everywhere.
+/// Weights between -scale and scale that look random and are the same on each platform.
 template <class Scalar, int kIn, int kOut>
 constexpr Dense<Scalar, kIn, kOut> mixed_dense(double scale, int phase) {
   Dense<Scalar, kIn, kOut> layer{};
@@ -36,7 +36,7 @@ constexpr auto mixed_mlp(double scale, int phase) {
 template <class Scalar, int kIn, int kOut>
 using MixedMlp = decltype(mixed_mlp<Scalar, kIn, kOut>(1.0, 1));
 
-/// One output in +-10, 50 Hz, stale after three held measurements.
+/// One output with the range +-10, 50 Hz, stale after three held measurements.
 template <class Model>
 constexpr void set_sampling(Model& model) {
   using Scalar = typename Model::Scalar;
@@ -50,7 +50,7 @@ constexpr void set_sampling(Model& model) {
   }
 }
 
-// The linear part of the two that follow: x_hat' = A_e x_hat + G y.
+// The linear part of the next two observers: x_hat' = A_e x_hat + G y.
 inline constexpr double kErrorMatrix[2][2] = {{-3.0, 1.0}, {-6.0, -0.3}};
 inline constexpr double kGain[2] = {3.0, 2.0};
 inline constexpr double kInitial[2] = {0.5, -0.25};
@@ -140,7 +140,7 @@ constexpr GatedTestModel<Scalar> gated_model(double network_scale = 1.0) {
   GatedTestModel<Scalar> model{};
   set_sampling(model);
   auto gates = mixed_dense<Scalar, 6, 10>(network_scale, 6);
-  for (int r = 0; r < 5; ++r) gates.bias[r] = Scalar(-0.4 * r);  // half of the way in 1 to 4 periods
+  for (int r = 0; r < 5; ++r) gates.bias[r] = Scalar(-0.4 * r);  // half of the distance in 1 to 4 periods
   auto candidate = mixed_dense<Scalar, 6, 5>(network_scale, 7);
   for (int r = 0; r < 5; ++r) {
     candidate.bias[r] = Scalar(0.5 - 0.3 * r);
@@ -152,7 +152,7 @@ constexpr GatedTestModel<Scalar> gated_model(double network_scale = 1.0) {
   return model;
 }
 
-/// One vector measured, one estimated; a pair and a real mode for each component.
+/// One measured and one estimated vector; a pair and a real mode for each component.
 template <class Scalar, bool kReadsOutput = true, bool kUnitLength = true>
 using CarriedTestModel = CarriedModel<Scalar, 3, 3, 3, 1, kReadsOutput, kUnitLength>;
 
@@ -213,7 +213,8 @@ constexpr PriorTestModel<Scalar, Equations> prior_model() {
   model.gates.mlp = make_mlp<Activation::kTanh>(gates);
   model.candidate.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(1.0, 7));
   auto correction = mixed_dense<Scalar, 9, 7>(0.1, 8);
-  correction.bias[0] = Scalar(0.5);  // K draws every x to what is measured: an oscillator left alone keeps its phase
+  correction.bias[0] =
+      Scalar(0.5);  // K corrects each x towards the measurement: without it, an oscillator would keep its phase
   correction.bias[1] = Scalar(0.3);
   model.correction.mlp = make_mlp<Activation::kTanh>(correction);
   model.inverse_map.mlp = mixed_mlp<Scalar, 9, 2>(1.0, 9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The rational tanh over every float there is (or every NLO_FLOAT_STRIDEth), against the C library's in double.
+// The rational tanh over all floats (or every NLO_FLOAT_STRIDEth), compared with the C library in double.
 #include <nlo/kernels/activation.h>
 #include <nlo/kernels/batch.h>
 
@@ -25,7 +25,7 @@ static_assert(tanh_rational(0.0F) == 0.0F);
 static_assert(tanh_rational(1e30F) == -tanh_rational(-1e30F));
 static_assert(tanh_rational(0x1p-1074) == 0x1p-1074 && tanh_rational(1e300) <= 1.0);
 
-/// tanh of a float as a double, good to 1e-16 everywhere; quick where the series or 1 is.
+/// tanh of a float as a double, exact to 1e-16; quick where a series or 1 is enough.
 double exact(float x) {
   const double v = static_cast<double>(x);
   if (v < 0x1p-12) return v - v * v * v / 3;
@@ -45,12 +45,12 @@ T tanh_by(T v) {
 struct Findings {
   double worst = 0.0;         ///< |tanh_rational - tanh|
   float largest = 0.0F;       ///< |tanh_rational|
-  float worst_drop = 0.0F;    ///< how far it falls where x grows
+  float worst_drop = 0.0F;    ///< largest decrease while x increases
   std::uint64_t not_odd = 0;  ///< inputs with f(-x) != -f(x)
   std::uint64_t seen = 0;
 };
 
-/// Positive floats with bits in [first, last), both signs of each.
+/// Positive floats with bits in [first, last), with both signs.
 template <class T, Activation kKind, How kHow>
 Findings sweep(std::uint32_t first, std::uint32_t last) {
   constexpr int kBlock = 1024;
@@ -82,7 +82,7 @@ Findings sweep(std::uint32_t first, std::uint32_t last) {
   return found;
 }
 
-/// All of [0, inf], shared out to two threads in slices small enough to balance.
+/// All of [0, inf], divided among two threads in slices that are small enough to balance.
 template <class T, Activation kKind, How kHow>
 Findings sweep_all() {
   constexpr std::uint32_t kSlices = 510, kSlice = (kInfinity / kSlices / kStride) * kStride;
@@ -108,8 +108,8 @@ Findings sweep_all() {
 
 template <class T, Activation kKind, How kHow = How::kAlone>
 void expect_good(double max_error) {
-  // Numerator, denominator and quotient round: neighbours may come in the wrong order by a few units below 1 (measured
-  // 6). The cheaper fits also swing about tanh where it is flat.
+  // Numerator, denominator and quotient round, so neighbours below 1 may be in the wrong order by a few units
+  // (measured: 6). The cheaper fits also oscillate about tanh where it is flat.
   const double max_drop = kKind == Activation::kTanh ? 12 * 0x1p-24 : max_error;
   const Findings found = sweep_all<T, kKind, kHow>();
   EXPECT_GE(found.seen, kInfinity / kStride);
@@ -128,7 +128,7 @@ TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverTheFloatsInPacks) {
   expect_good<Pack, Activation::kTanh>(kTanhMaxError);
 }
 
-TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverTheFloatsWhereItIsAwaited) {
+TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverTheFloatsWithShortLatency) {
   expect_good<float, Activation::kTanh, How::kAwaited>(kTanhMaxError);
   expect_good<Pack, Activation::kTanh, How::kAwaited>(kTanhMaxError);
   expect_good<Pack, Activation::kTanh5e6, How::kAwaited>(kTanh5e6MaxError);
@@ -140,14 +140,14 @@ TEST(TanhRational, IsWithinItsBoundOddAndMonotoneOverDenseFloats) {
   expect_good<Pack, Activation::kTanh5e5, How::kMany>(kTanh5e5MaxError);
 }
 
-TEST(TanhRational, CheaperOnesAreWithinTheirBoundsAndOddOverTheFloats) {
+TEST(TanhRational, CheaperVersionsAreWithinTheirBoundsAndOddOverTheFloats) {
   expect_good<float, Activation::kTanh5e6>(kTanh5e6MaxError);
   expect_good<Pack, Activation::kTanh5e6>(kTanh5e6MaxError);
   expect_good<float, Activation::kTanh5e5>(kTanh5e5MaxError);
   expect_good<Pack, Activation::kTanh5e5>(kTanh5e5MaxError);
 }
 
-TEST(TanhRational, MakesANumberOfNan) {
+TEST(TanhRational, GivesANumberForNan) {
   for (const std::uint32_t bits : {0x7f800001U, 0x7fc00000U, 0x7fffffffU, 0xff800001U, 0xffc00000U, 0xffffffffU}) {
     const float nan = std::bit_cast<float>(bits);
     EXPECT_LE(std::fabs(tanh_rational(nan)), 1.0F);
@@ -156,7 +156,8 @@ TEST(TanhRational, MakesANumberOfNan) {
     for (const float lane : lanes) EXPECT_LE(std::fabs(lane), 1.0F);
     simd::store(lanes, awaited_tanh(simd::broadcast<Pack>(nan)));
     for (const float lane : lanes) EXPECT_LE(std::fabs(lane), 1.0F);
-    simd::store(lanes, tanh_by<Activation::kTanh, How::kMany>(nan + simd::broadcast<Pack>(0.0F)));  // sums are quiet
+    simd::store(lanes,
+                tanh_by<Activation::kTanh, How::kMany>(nan + simd::broadcast<Pack>(0.0F)));  // a sum gives a quiet NaN
     for (const float lane : lanes) EXPECT_LE(std::fabs(lane), 1.0F);
   }
 }
@@ -173,7 +174,7 @@ double in_double(double x) {
   }
 }
 
-/// Calls check(x, of(x)) densely where tanh bends, coarsely in every binade, and far outside.
+/// Calls check(x, of(x)) densely where tanh is curved, coarsely in each binade, and far outside.
 template <class T, Arithmetic kArithmetic, class Check>
 void over_doubles(Check check) {
   const auto at = [&](double x) { check(x, in_double<T, kArithmetic>(x)); };
@@ -186,7 +187,7 @@ void over_doubles(Check check) {
 
 template <class T, Arithmetic kArithmetic>
 void expect_good_in_double() {
-  // P, Q and the quotient round, and s before them: measured 7 units of the last place, of which tanh has 2^53 below 1.
+  // P, Q and the quotient round, and s before them: measured 7 units in the last place, of which tanh has 2^53 below 1.
   constexpr double kRelative = 9 * 0x1p-53;
   double worst = 0.0, worst_relative = 0.0, largest = 0.0;
   int not_odd = 0;
@@ -205,14 +206,14 @@ void expect_good_in_double() {
   EXPECT_EQ(not_odd, 0);
 }
 
-TEST(TanhRational, InDoubleIsTanhToItsLastPlacesAndOdd) {
+TEST(TanhRational, InDoubleIsAccurateToItsLastPlacesAndOdd) {
   expect_good_in_double<double, Arithmetic::kFast>();
   expect_good_in_double<double, Arithmetic::kDeterministic>();
   expect_good_in_double<simd::Pack<double>, Arithmetic::kFast>();
   expect_good_in_double<simd::Pack<double>, Arithmetic::kDeterministic>();
 }
 
-TEST(TanhRational, InDoubleMakesANumberOfNan) {
+TEST(TanhRational, InDoubleGivesANumberForNan) {
   for (const double nan : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::quiet_NaN()})
     EXPECT_LE(std::fabs(tanh_rational(nan)), 1.0);
 }

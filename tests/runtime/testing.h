@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Helpers for the runtime's tests: small observers as constants, built as in a generated header, and random numbers
-// that are the same everywhere.
+// Helpers for the tests of the runtime: small observers as constants, built as in a generated header, and random
+// numbers that are the same on each platform.
 #pragma once
 
 #include <nlo/kkl_observer.h>
@@ -15,26 +15,26 @@ namespace nlo::testing {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-/// Everything bit for bit, the padding apart.
+/// Compares all members bit for bit, except padding.
 template <class State>
 bool same_bits(const State& a, const State& b) {
   return std::memcmp(a.z, b.z, sizeof(a.z)) == 0 && std::memcmp(a.y, b.y, sizeof(a.y)) == 0 &&
          std::memcmp(a.health, b.health, sizeof(a.health)) == 0 && a.started == b.started && a.status == b.status;
 }
 
-/// z and y, bit for bit.
+/// Compares z and y bit for bit.
 template <class State>
 bool same_latent(const State& a, const State& b) {
   return std::memcmp(a.z, b.z, sizeof(a.z)) == 0 && std::memcmp(a.y, b.y, sizeof(a.y)) == 0;
 }
 
-/// A uniform draw that does not depend on the standard library's distributions.
+/// A uniform draw that does not depend on distributions of the standard library.
 template <class Scalar>
 Scalar uniform(std::mt19937& random, double low, double high) {
   return static_cast<Scalar>(low + (high - low) * (static_cast<double>(random()) / 4294967296.0));
 }
 
-/// Any float or double at all: NaNs, infinities and subnormals included.
+/// Any float or double, including NaNs, infinities and subnormals.
 template <class Scalar>
 Scalar any_bits(std::mt19937& random) {
   if constexpr (sizeof(Scalar) == 4) {
@@ -44,12 +44,12 @@ Scalar any_bits(std::mt19937& random) {
   }
 }
 
-/// A batch whose memory a test can spoil.
+/// A batch whose memory a test can corrupt.
 template <class Batch>
 struct UpsetBatch : Batch {
   using Batch::Batch;
-  void spoil_z(int r, int plant, double value) { set(this->z_[r][plant], value); }
-  void spoil_y(int j, int plant, double value) { set(this->y_[j][plant], value); }
+  void corrupt_z(int r, int plant, double value) { set(this->z_[r][plant], value); }
+  void corrupt_y(int j, int plant, double value) { set(this->y_[j][plant], value); }
 
  private:
   template <class Scalar>
@@ -58,7 +58,7 @@ struct UpsetBatch : Batch {
   }
 };
 
-/// Fills in what follows from D, F and the sample period: step and S = -D^-1 F.
+/// Computes the fields that follow from D, F and the sample period: the step and S = -D^-1 F.
 template <class Model>
 constexpr void complete(Model& model) {
   using Scalar = typename Model::Scalar;
@@ -78,7 +78,7 @@ constexpr void complete(Model& model) {
   }
 }
 
-/// T* = identity on z: estimates show the latent state.
+/// T* = identity on z, so estimates show the latent state.
 template <class Scalar, int kN>
 constexpr auto identity_map() {
   Dense<Scalar, kN, kN> layer{};
@@ -86,7 +86,7 @@ constexpr auto identity_map() {
   return LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, kN, kN>>>{make_mlp<Activation::kTanh>(layer), {}};
 }
 
-/// One output in [-10, 10], a complex pair and a real mode, 50 Hz.
+/// One output with the range [-10, 10], a complex pair and a real mode, 50 Hz.
 template <class Scalar>
 using PairModel = KklModel<Scalar, 3, 1, 3, 1, decltype(identity_map<Scalar, 3>())>;
 
@@ -116,8 +116,8 @@ constexpr PairModel<Scalar> pair_model(Hold hold, bool starts_steady = false) {
   return model;
 }
 
-/// An angle [rad] and a plain output. T* reads z - S y of the angle's modes, so whole turns do not show in it, and the
-/// plain output's mode: z0 - angle, (z1, z2) - S angle, z3.
+/// An angle [rad] and another output. T* reads z - S y of the angle's modes, so whole turns have no effect, and the
+/// mode of the other output: z0 - angle, (z1, z2) - S angle, z3.
 template <class Scalar>
 using AngleModel =
     KklModel<Scalar, 4, 2, 4, 1, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 4>>, NoLinearPath>>;

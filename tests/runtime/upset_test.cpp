@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Bits of memory that flip in flight, in an observer or in the monitor beside it: whatever flips, the pair either goes
-// on as if nothing had been, or says so. None is silent: a flip is silent where the monitor, or the estimate, stays
-// another one than that of a twin without the flip, and no step and no alarm has told of it. (The pointers to the
-// models are left alone: what they lead to then is not the observer's memory.)
+// Bit flips in the memory of an observer or its monitor. After each flip, the pair either continues as if nothing had
+// happened, or reports it. A flip is silent if the monitor or the estimate keeps differing from a twin without the
+// flip, and no status and no alarm reported it. No flip may be silent. (Pointers to the models are not flipped.)
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
@@ -23,18 +22,18 @@ namespace nlo {
 namespace {
 
 constexpr int kArmedAfter = 60;
-constexpr int kPeriod = 400, kFault = 20;        // samples: every so often a sensor fails for so long
-constexpr int kSettled = 40 * kPeriod;           // by then all is as in the twin, z from 1e30 included
-constexpr int kFlips = 20'000, kStructures = 7;  // the same number for each structure
+constexpr int kPeriod = 400, kFault = 20;        // samples: period and duration of sensor faults
+constexpr int kSettled = 40 * kPeriod;           // after this time the pair must equal its twin, even for z = 1e30
+constexpr int kFlips = 20'000, kStructures = 7;  // equally many for each structure
 
-/// y goes round; in a fault it jumps between two values, which no prediction follows.
+/// y is periodic; in a fault it jumps between two values, which no prediction follows.
 float measured(int k) {
   const int in_period = k % kPeriod;
   if (in_period >= kPeriod - kFault) return in_period % 2 == 0 ? 1.5F : -1.5F;
   return std::sin(0.05F * static_cast<float>(in_period));
 }
 
-/// Deviation .2, no prediction: of the wave e is .25 at most, of a fault the most that counts.
+/// Deviation .2, prediction zero: e is at most .25 for the wave, and the largest possible for a fault.
 template <class Observer>
 auto monitor_model() {
   using Model = MonitorModel<float, Observer::kNx, Observer::kNy, Observer::kNz, Observer::kNr, 2>;
@@ -78,7 +77,7 @@ struct Pair {
     (void)monitor.watch(observer, observer.estimate());
   }
 
-  /// Bits behind the pointer to the model.
+  /// Number of bits after the pointer to the model.
   static constexpr std::size_t kObserverBits = 8 * (sizeof(Observer) - sizeof(void*));
   static constexpr std::size_t kMonitorBits = 8 * (sizeof(Watch) - sizeof(void*));
   void flip(std::size_t bit) {
@@ -101,7 +100,7 @@ bool together(const P& one, const P& other) {
 }
 
 struct Counts {
-  int told = 0, harmless = 0, silent = 0, lasting = 0, resets = 0;
+  int reported = 0, harmless = 0, silent = 0, lasting = 0, resets = 0;
 };
 
 template <class Observer>
@@ -114,7 +113,7 @@ void upset(const Observer& fresh, int flips, Counts& counts) {
   for (; k < 2 * kPeriod; ++k) {
     twin.fly(k);
     alarms += twin.monitor.alarm() != Alarm::kNone;
-    const int since_fault = (k + kFault) % kPeriod;  // and its trace in the averages
+    const int since_fault = (k + kFault) % kPeriod;  // including its effect on the averages
     ASSERT_TRUE(twin.monitor.alarm() == Alarm::kNone || since_fault < kFault + 100) << k;
   }
   ASSERT_GT(alarms, kFault / 2) << "control: the fault is seen";
@@ -123,51 +122,51 @@ void upset(const Observer& fresh, int flips, Counts& counts) {
     other = twin;
     const std::size_t bit = engine() % (P::kObserverBits + P::kMonitorBits);
     other.flip(bit);
-    bool told = other.observer.status() == StepStatus::kReset;
-    int since = 0, apart = 0;  // samples since the flip, and of them the last at which they differed
+    bool reported = other.observer.status() == StepStatus::kReset;
+    int since = 0, apart = 0;  // samples since the flip, and the last of them with a difference
     for (; since - apart < kPeriod && since < kSettled; ++since, ++k) {
       twin.fly(k);
       other.fly(k);
-      told = told || other.status != twin.status ||
-             (other.monitor.alarm() != Alarm::kNone && twin.monitor.alarm() == Alarm::kNone);
+      reported = reported || other.status != twin.status ||
+                 (other.monitor.alarm() != Alarm::kNone && twin.monitor.alarm() == Alarm::kNone);
       counts.resets += other.monitor.alarm() == Alarm::kReset;
       if (!together(other, twin)) apart = since;
     }
-    const bool healed = since - apart >= kPeriod;  // over a whole period, its fault included
-    counts.told += told && healed;
-    counts.harmless += !told && healed;
-    counts.silent += !told && !healed;
-    counts.lasting += told && !healed;
-    EXPECT_TRUE(healed) << (told ? "told" : "silent") << ", bit " << bit % 8 << " of byte "
+    const bool healed = since - apart >= kPeriod;  // equal over a whole period, including its fault
+    counts.reported += reported && healed;
+    counts.harmless += !reported && healed;
+    counts.silent += !reported && !healed;
+    counts.lasting += reported && !healed;
+    EXPECT_TRUE(healed) << (reported ? "reported" : "silent") << ", bit " << bit % 8 << " of byte "
                         << (bit < P::kObserverBits ? bit : bit - P::kObserverBits) / 8 << " of the "
                         << (bit < P::kObserverBits ? "observer" : "monitor") << ", at sample " << k - since;
     for (P* each : {&twin, &other})
       EXPECT_TRUE(!healed ||
                   (each->observer.restore(each->observer.save()) && each->monitor.restore(each->monitor.save())))
-          << "what it saves it takes again";
+          << "it must accept its own saved state";
   }
 }
 
-TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
+TEST(Upset, NoneOfTwentyThousandBitFlipsIsSilentOrPermanent) {
   Counts counts;
   testing::each_structure<float>([&](const auto& observer) { upset(observer, kFlips / kStructures + 1, counts); });
   EXPECT_EQ(counts.silent, 0);
   EXPECT_EQ(counts.lasting, 0);
-  EXPECT_GT(counts.told, 900) << "control: flips are seen";
-  EXPECT_GT(counts.harmless, 1000) << "control: the lowest bits do nothing";
-  EXPECT_GT(counts.resets, 100) << "control: the monitor has begun again";
-  RecordProperty("told", counts.told);
-  std::printf("told %d, harmless %d, silent %d, resets %d\n", counts.told, counts.harmless, counts.silent,
+  EXPECT_GT(counts.reported, 900) << "control: flips are detected";
+  EXPECT_GT(counts.harmless, 1000) << "control: flips of the lowest bits have no effect";
+  EXPECT_GT(counts.resets, 100) << "control: the monitor was reset";
+  RecordProperty("reported", counts.reported);
+  std::printf("reported %d, harmless %d, silent %d, resets %d\n", counts.reported, counts.harmless, counts.silent,
               counts.resets);
 }
 
-/// If z does not move, it does not show a corrupted reading. But T* of angles reads y, too, and would estimate from a
-/// NaN.
-TEST(Upset, ANanReadingInMemoryIsSeenWithoutAGoodMeasurement) {
+/// If z does not change, it does not show a corrupted reading. But T* of angles also reads y, and would compute an
+/// estimate from NaN.
+TEST(Upset, DetectsANanReadingInMemoryWithoutAGoodMeasurement) {
   static const auto model = testing::undriven_model<float>(Hold::kFirstOrder);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   using Observer = KklObserver<testing::UndrivenTestModel<float>>;
-  const auto spoil = [&](Observer& observer) {  // bits of its exponent flip
+  const auto corrupt = [&](Observer& observer) {  // flips bits of its exponent
     auto* bytes = reinterpret_cast<unsigned char*>(&observer) + sizeof(void*) + offsetof(Observer::State, y);
     std::memcpy(bytes, &kNan, sizeof kNan);
   };
@@ -178,33 +177,33 @@ TEST(Upset, ANanReadingInMemoryIsSeenWithoutAGoodMeasurement) {
     }
     const auto next = [&] { return warm ? observer.warm_start(kNan) : observer.step(kNan); };
     EXPECT_EQ(next(), StepStatus::kHeld) << "control: without a flip";
-    spoil(observer);
+    corrupt(observer);
     EXPECT_EQ(next(), StepStatus::kReset) << (warm ? "warm start" : "first step");
-    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk) << "the next measurement is the first";
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk) << "the next measurement counts as the first";
   }
 }
 
-/// An angle comes out next to the last one, which is none where an observer starts.
-TEST(Upset, AnObserverDoesNotStartNextToACorruptedAngle) {
+/// An angle is unwrapped next to the last one, but at a start there is no last one.
+TEST(Upset, AStartDoesNotUseACorruptedAngle) {
   static const auto model = testing::angle_model<float>();
   using Observer = KklObserver<std::remove_const_t<decltype(model)>>;
   for (const float flipped : {std::numeric_limits<float>::quiet_NaN(), 1e38F}) {
-    const auto spoil = [&](Observer& observer) {
+    const auto corrupt = [&](Observer& observer) {
       auto* bytes = reinterpret_cast<unsigned char*>(&observer) + sizeof(void*) + offsetof(Observer::State, y);
       std::memcpy(bytes, &flipped, sizeof flipped);
     };
     Observer cold(model), warm(model), twin(model);
-    spoil(cold);
+    corrupt(cold);
     EXPECT_EQ(cold.step({{1.0F, 0.5F}}), StepStatus::kReset) << flipped;
-    EXPECT_EQ(cold.step({{1.0F, 0.5F}}), StepStatus::kOk) << "the next measurement is the first";
+    EXPECT_EQ(cold.step({{1.0F, 0.5F}}), StepStatus::kOk) << "the next measurement counts as the first";
     ASSERT_EQ(warm.step({{3.0F, 0.5F}}), StepStatus::kOk);
-    spoil(warm);
+    corrupt(warm);
     ASSERT_EQ(twin.warm_start({{1.0F, 0.5F}}), StepStatus::kOk);
     EXPECT_EQ(warm.warm_start({{1.0F, 0.5F}}), StepStatus::kOk);
-    EXPECT_TRUE(testing::same_bits(warm.save(), twin.save())) << "what came before plays no part: " << flipped;
-    ASSERT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kHeld) << "out of its range";
-    spoil(warm);
-    EXPECT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kReset) << "what is held is what was measured: " << flipped;
+    EXPECT_TRUE(testing::same_bits(warm.save(), twin.save())) << "the past has no effect: " << flipped;
+    ASSERT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kHeld) << "out of range";
+    corrupt(warm);
+    EXPECT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kReset) << "a held reading must be a measured one: " << flipped;
   }
 }
 

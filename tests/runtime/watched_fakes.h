@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fake observers, whose z, readings and statuses a test chooses, with one output and with several.
+// Fake observers with one output and with several, whose z, readings and statuses a test sets.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace nlo::monitor_tests {
 inline constexpr double kNone = 1e9;   // a limit that nothing exceeds
 inline constexpr int kArmedAfter = 4;  // samples, of quiet_model()
 
-/// An observer that holds unusable readings and does nothing else.
+/// An observer that only holds unusable readings.
 struct Fake {
   static constexpr int kNx = 1, kNz = 1, kNr = 1;
   struct Outputs {
@@ -40,7 +40,7 @@ struct Fake {
 
 using Model = MonitorModel<double, 1, 1, 1, 1, 2>;
 
-/// Deviation 2; the change from the last y is expected to lead back to 0: e = y / 2. Windows of 10 and 50 samples.
+/// Deviation 2; the prediction is that y returns to 0: e = y / 2. Windows of 10 and 50 samples.
 inline Model quiet_model() {
   Model m{};
   m.prediction[0][1] = -0.5;
@@ -63,7 +63,7 @@ inline Alarm seen(Monitor<Model>& monitor, Fake& observer, double y) {
   return monitor.watch(observer, Vector<double, 1>{{0.0}});
 }
 
-/// Two outputs, the first an angle; three latent coordinates, three readings, two states, three windows.
+/// Two outputs, of which the first is an angle; three latent coordinates, three readings, two states, three windows.
 struct Wide {
   using Model = MonitorModel<double, 2, 2, 3, 3, 3>;
   static constexpr int kNx = 2, kNz = 3, kNr = 3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The runtime and a generated header behind the macros of <windows.h>: a file that includes that first compiles.
+// The runtime and a generated header compile after the macros of <windows.h>.
 #include <gtest/gtest.h>
 
 #define min(a, b) (((a) < (b)) ? (a) : (b))
@@ -42,7 +42,7 @@
 namespace nlo {
 namespace {
 
-// Names are looked up when a template is instantiated, its tokens are replaced where it is defined.
+// Names are looked up when a template is instantiated, but macros replace its tokens where it is defined.
 TEST(WindowsMacros, DoNotChangeTheRuntime) {
   EXPECT_EQ(square_root(4.0F), 2.0F);
   EXPECT_EQ(simd::smaller(1.0F, 2.0F), 1.0F);

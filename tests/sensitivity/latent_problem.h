@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Problems for tests of the linear latent system: one mode in every variant, with its plain filter and loss; and the
+// Test problems for the linear latent system: one mode in each variant, with its reference filter and loss; and the
 // modes of a real observer.
 #pragma once
 
@@ -29,7 +29,7 @@ inline std::string name_of(Hold hold) {
   return hold == Hold::kZeroOrder ? "zero_order" : hold == Hold::kFirstOrder ? "first_order" : "rk4";
 }
 
-/// One mode over eight lanes with outputs of their own.
+/// One mode on eight lanes, each with its own outputs.
 struct Problem {
   LatentShape shape;
   std::vector<float> parameters;
@@ -88,7 +88,7 @@ struct Problem {
     const Cd f = plain_injection(shape.injection, shape.modes[0].pair, at);
     return plain_filter(shape.hold, at, f, shape.starts_steady, outputs(lane), steps(lane), shape.ahead(0));
   }
-  /// l = sum of cotangent times z; `size` also adds up the sizes of the terms.
+  /// Returns l, the sum of cotangent times z; `size` also receives the sum of the absolute values of the terms.
   double loss(double at_p, double at_q, double* size = nullptr) const {
     double sum = 0.0;
     for (int lane = 0; lane < kGroup; ++lane) {
@@ -117,7 +117,8 @@ struct Problem {
   }
 };
 
-/// Calls check(problem) for every hold, injection, kind of mode, sampling and start, of outputs and of commands.
+/// Calls check(problem) for each hold, injection, kind of mode, sampling and start, for modes driven by outputs and by
+/// inputs.
 template <class Check>
 void for_all_problems(const Check& check) {
   for (const Hold hold : kHolds) {
@@ -138,7 +139,7 @@ void for_all_problems(const Check& check) {
   }
 }
 
-/// A pair and two real modes on two outputs, and a clock: what a real observer looks like.
+/// A pair and two real modes on two outputs, and a clock, as in a real observer.
 inline LatentShape mixed_shape() {
   LatentShape shape;
   shape.modes = {{.pair = true, .row = 0, .reading = 0},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Coefficients of a sample period, their slopes by dual numbers, and the parameters that eigenvalues have in training.
+// Coefficients of a sample period, their derivatives by dual numbers, and the parameters of eigenvalues in training.
 #include "trainer/gradients/sensitivity/linear_latent.h"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,14 @@
 namespace nlo::trainer {
 namespace {
 
-// Float32 rounding of z (6e-8) remembered over 1 / |1 - a| samples, some 50 for the slowest mode here; relative to the
-// largest |z|.
+// Tolerance of z relative to the largest |z|: float32 rounding (6e-8) accumulates over 1 / |1 - a| samples, about 50
+// for the slowest mode here.
 constexpr double kFilterTolerance = 3e-6;
-// The gradient is a float32 sum over 8 x 120 samples of products of such numbers, whose errors mostly cancel; relative
-// to the sum of their sizes: 1e-7 measured.
+// Tolerance of a gradient relative to the sum of the absolute values of its terms. The gradient is a float32 sum over 8
+// x 120 samples whose errors mostly cancel: 1e-7 measured.
 constexpr double kGradientTolerance = 6e-7;
 
-TEST(LinearLatent, FilterMeetsTheComplexRecurrenceInEveryVariant) {
+TEST(LinearLatent, FilterAgreesWithTheComplexRecurrenceInEveryVariant) {
   for_all_problems([](Problem& problem) {
     problem.run_filter();
     for (int lane = 0; lane < kGroup; ++lane) {
@@ -42,7 +42,7 @@ TEST(LinearLatent, FilterMeetsTheComplexRecurrenceInEveryVariant) {
   });
 }
 
-TEST(LinearLatent, AdjointMeetsCentralDifferencesInEveryVariant) {
+TEST(LinearLatent, AdjointAgreesWithCentralDifferencesInEveryVariant) {
   constexpr double kStep = 1e-5;  // truncation 1e-10, rounding 1e-16 * 1e3 / 1e-5 = 1e-8: far below the tolerance
   for_all_problems([](Problem& problem) {
     problem.run_adjoint();
@@ -62,7 +62,7 @@ TEST(LinearLatent, AdjointMeetsCentralDifferencesInEveryVariant) {
   });
 }
 
-TEST(LinearLatent, AdjointSeesTheStartThroughACotangentAtTheFirstSampleAlone) {
+TEST(LinearLatent, AdjointOfTheInitialStateAgreesWithItsClosedForm) {
   // z_0 = s y_0 depends on lambda only through s = -f / lambda: closed form, nothing to integrate.
   for (const bool pair : {false, true}) {
     Problem problem(Hold::kFirstOrder, Injection::kOnes, pair, false, true);
@@ -111,8 +111,8 @@ SegmentGroup mixed_group(const LatentShape& shape) {
   return group;
 }
 
-TEST(LinearLatent, FilterMeetsTheRuntimesObserverOnTheSameNumbers) {
-  // Flight: equal coefficients in float32 and the same order of operations. Only contraction differs.
+TEST(LinearLatent, FilterAgreesWithTheObserverOfTheRuntime) {
+  // The runtime has the same coefficients in float32 and the same order of operations; only fused multiply-adds differ.
   using Map = LearnedMap<Mlp<Activation::kTanh, PackedDense<float, 7, 1>>>;
   using Flown = KklModel<float, 1, 2, 7, 2, Map>;
   const LatentShape shape = mixed_shape();
@@ -201,9 +201,9 @@ TEST(LinearLatent, AClockHasNoGradient) {
   for (const double g : group.gradient) EXPECT_EQ(g, 0.0);
 }
 
-TEST(Discretise, DualSlopesMeetCentralDifferencesAlongBothAxes) {
-  // Analytic in lambda: a step along i has i times the same slope.
-  constexpr double kTolerance = 1e-8;  // central differences in double at 1e-5: 1e-10 truncated, 1e-11 rounded
+TEST(Discretise, DualDerivativesAgreeWithCentralDifferencesAlongBothAxes) {
+  // The function is analytic in lambda, so a step along the imaginary axis has i times the same derivative.
+  constexpr double kTolerance = 1e-8;  // central differences in double at 1e-5: truncation 1e-10, rounding 1e-11
   constexpr double kStep = 1e-5;
   const Cd lambdas[] = {{-0.01, 0.0}, {-1.0, 0.0}, {-40.0, 0.0}, {-0.3, 5.0}, {-2.0, 0.001}, {-20.0, 60.0}};
   for (const Hold hold : kHolds) {
@@ -230,7 +230,7 @@ TEST(Discretise, DualSlopesMeetCentralDifferencesAlongBothAxes) {
   }
 }
 
-TEST(Discretise, DualValuesAreThePlainValues) {
+TEST(Discretise, DualValuesEqualThePlainValues) {
   for (const Hold hold : kHolds) {
     const auto dual = discretise(hold, Complex<Dual>{Dual(-3.0, 1.0), Dual(7.0)}, Dual(kPeriod));
     const auto plain = discretise(hold, Complex<double>{-3.0, 7.0}, kPeriod);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The general route, for every structure of the registry: its gradients against finite differences and each other.
+// Latent systems given by differential equations, for each structure of the registry: gradients agree with finite
+// differences and with each other.
 #include "trainer/gradients/sensitivity/ode_latent.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +53,7 @@ std::vector<StructureCase> structures() {
   return cases;
 }
 
-/// A run of one structure in double: two outputs, eight trajectories, a random linear functional of z as the loss.
+/// One structure in double: two outputs, eight trajectories, and a random linear functional of z as the loss.
 struct Problem {
   ObserverStructure structure;
   std::unique_ptr<OdeDynamics<double>> dynamics;
@@ -78,7 +79,7 @@ struct Problem {
     outputs.resize(size(2));
     latent.resize(size(dynamics->rows()));
     cotangent.resize(latent.size());
-    // Smooth in time, and the same functions whatever the step: what orders of convergence need.
+    // Smooth signals that do not depend on the step, so that orders of convergence can be measured.
     for (int k = 0; k < length; ++k) {
       const double t = h * k;
       for (int l = 0; l < kGroup; ++l) {
@@ -135,8 +136,8 @@ double largest(const std::vector<double>& a) {
   return largest_difference(a, std::vector<double>(a.size(), 0.0));
 }
 
-TEST(OdeLatent, BackpropMeetsDifferencesForEveryStructureMethodAndHold) {
-  // Central differences at 1e-5: their rounding, 1e-16 / 1e-5, and truncation, 1e-10 of the third derivative.
+TEST(OdeLatent, BackpropAgreesWithDifferencesForEveryStructureMethodAndHold) {
+  // Central differences at 1e-5: rounding 1e-16 / 1e-5, truncation 1e-10 of the third derivative.
   constexpr double kStep = 1e-5, kTolerance = 1e-8;
   struct Method {
     const char* name;
@@ -173,7 +174,7 @@ TEST(OdeLatent, AdjointApproachesBackpropAtFourthOrderForEveryStructure) {
       const std::vector<double> exact = problem.by_backprop();
       errors.push_back(largest_difference(exact, problem.by_adjoint()) / largest(exact));
     }
-    EXPECT_GT(errors[0], 1e-12) << "nothing to see at this step";
+    EXPECT_GT(errors[0], 1e-12) << "the error is below rounding at this step";
     for (std::size_t i = 0; i + 1 < errors.size(); ++i) {
       const double order = std::log2(errors[i] / errors[i + 1]);
       EXPECT_GT(order, 3.6) << errors[i] << " to " << errors[i + 1];
@@ -181,12 +182,12 @@ TEST(OdeLatent, AdjointApproachesBackpropAtFourthOrderForEveryStructure) {
   }
 }
 
-TEST(OdeLatent, AdjointWithJitteredStepsIsNearBackprop) {
+TEST(OdeLatent, AdjointAgreesWithBackpropForJitteredSteps) {
   for (const StructureCase& structure : structures()) {
     SCOPED_TRACE(structure.name);
     Problem problem(structure.experiment, 61, Hold::kFirstOrder, true);
     const std::vector<double> exact = problem.by_backprop();
-    EXPECT_LT(largest_difference(exact, problem.by_adjoint()), 1e-5 * largest(exact));  // h^4 = 4e-7 by its constant
+    EXPECT_LT(largest_difference(exact, problem.by_adjoint()), 1e-5 * largest(exact));  // h^4 = 4e-7 times a constant
   }
 }
 
@@ -199,7 +200,8 @@ TEST(OdeLatent, RollOutsConvergeAtTheOrderOfTheirMethod) {
     for (const Method& method : {Method{kEuler<double>, 1.0}, {kHeun<double>, 2.0}, {kRk4<double>, 4.0}}) {
       SCOPED_TRACE(structure.name + " of order " + std::to_string(method.order));
       const auto end = [&](int length, const RungeKutta& steps) {
-        Problem problem(structure.experiment, length, Hold::kFirstOrder, false);  // y is a ramp: the hold is exact
+        Problem problem(structure.experiment, length, Hold::kFirstOrder,
+                        false);  // y is a ramp, for which the hold is exact
         problem.loss(steps, problem.theta);
         std::vector<double> z;
         for (int r = 0; r < problem.dynamics->rows(); ++r)
@@ -215,7 +217,7 @@ TEST(OdeLatent, RollOutsConvergeAtTheOrderOfTheirMethod) {
 }
 
 TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
-  // g_hat = 0 for a linear plant: the error decays by A - G C alone, here like exp(-t).
+  // g_hat = 0 for a linear plant: the error decays only by A - G C, here like exp(-t).
   Experiment experiment;
   experiment.observer.structure = "luenberger";
   experiment.observer.own.set<LuenbergerConfig>() = {
@@ -236,7 +238,7 @@ TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
     const auto at = static_cast<std::size_t>(k) * kGroup;
     return std::hypot(latent[at] - std::cos(h * k), latent[outputs.size() + at] + std::sin(h * k));
   };
-  // The ramp between samples costs h^2 / 12 of y: 1e-5.
+  // The linear interpolation between samples errs by h^2 / 12 of y: 1e-5.
   EXPECT_LT(error(kLength - 1), 2e-4);
   EXPECT_NEAR(error(500) / error(400), std::exp(-1.0), 0.05);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The latent recurrence once more, plainly: std::complex and libm, one mode and one trajectory at a time. What the
-// discretisation, the filter and its adjoint are held against.
+// Reference for the discretisation, the filter and its adjoint: the latent recurrence with std::complex and libm, one
+// mode and one trajectory at a time.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct PlainStep {
   Cd a, b0, b1;
 };
 
-/// z+ = a z + b0 u_k + b1 u_{k+1} of dz/dt = lambda z + u, from the closed forms; RK4 by taking its stages.
+/// z+ = a z + b0 u_k + b1 u_{k+1} of dz/dt = lambda z + u, from closed forms; for RK4 from its stages.
 inline PlainStep plain_step(Hold hold, Cd lambda, double h) {
   if (hold == Hold::kRk4) {
     const auto advance = [&](Cd z, double u0, double u1) {
@@ -40,7 +40,7 @@ inline PlainStep plain_step(Hold hold, Cd lambda, double h) {
   return {a, h * (phi1 - phi2), h * phi2};
 }
 
-/// z at all samples of one mode, driven through f, from rest or from the steady state of y_0.
+/// z of one mode at all samples, driven by f y, from rest or from the steady state of y_0.
 inline std::vector<Cd> plain_filter(Hold hold, Cd lambda, Cd f, bool starts_steady, const std::vector<double>& y,
                                     const std::vector<double>& steps_s, int ahead = 0) {
   std::vector<Cd> z{starts_steady ? -f / lambda * y[0] : 0.0};
@@ -51,7 +51,7 @@ inline std::vector<Cd> plain_filter(Hold hold, Cd lambda, Cd f, bool starts_stea
   return z;
 }
 
-/// F's entry for a mode: 1 (1 + i for a pair), or -lambda.
+/// Entry of F for a mode: 1 (1 + i for a pair), or -lambda.
 inline Cd plain_injection(Injection injection, bool pair, Cd lambda) {
   if (injection == Injection::kUnitGain) return -lambda;
   return pair ? Cd{1.0, 1.0} : Cd{1.0, 0.0};

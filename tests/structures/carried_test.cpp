@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Carried vectors as they train: what is rolled out is what flies, gradients, least squares that find the weights, and
-// an estimate that turns with the sensor.
+// Training of carried vectors: roll-outs equal flight, gradients are right, least squares finds the weights, and an
+// estimate turns with the sensor.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,8 +46,8 @@ std::string refused(const std::string& text) {
   return thrown_message([&] { parse_experiment(text, "down.toml"); });
 }
 
-/// A sensor that turns at random and is shaken: the vertical in its axes, what it measures of that, and its rate.
-/// `axes`: how it is mounted.
+/// A sensor that turns at random and is shaken: the vertical in its axes, its measurement of the vertical, and its
+/// rate. `axes`: its mounting.
 Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matrix3d::Identity()) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -90,7 +90,7 @@ Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matri
 }
 
 TEST(Carried, TrainingEqualsFlight) {
-  // The validation error is of the trainer's roll-out in float, rounding included.
+  // The validation error comes from the roll-out of the trainer, in float.
   for (const bool jittered : {false, true})
     for (const char* hold : {"zero_order", "first_order"}) {
       const Dataset data = turned_sensor(1, jittered);
@@ -117,21 +117,21 @@ TEST(Carried, LeastSquaresEstimateStatesDespiteShaking) {
   EXPECT_LT((x_hat.colwise().norm().array() - 1.0).abs().maxCoeff(), 1e-12);
 }
 
-TEST(Carried, ASensorMountedOtherwiseTrainsTheSameObserverAndIsInItsDomain) {
+TEST(Carried, TrainsTheSameObserverAndDomainForAnyMountingOfTheSensor) {
   const Matrix3d axes = Eigen::AngleAxisd(2.2, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
   const Dataset data = turned_sensor(4, false), mounted = turned_sensor(4, false, axes);
   const Experiment experiment = experiment_of("", "steps = 0\n");
   const codegen::Model model = train(experiment, data, data, {}).model;
   const codegen::Model other = train(experiment, mounted, mounted, {}).model;
   constexpr double kFloat = 1e-4;  // error of roll-outs in float, and of a ridge regression on them
-  EXPECT_NEAR(reference_rmse(model, mounted), reference_rmse(model, data), 1e-9) << "to rounding of double";
+  EXPECT_NEAR(reference_rmse(model, mounted), reference_rmse(model, data), 1e-9) << "equal except for rounding";
   EXPECT_NEAR(reference_rmse(other, data), reference_rmse(model, data), kFloat * reference_rmse(model, data));
   for (int r = 0; r < model.nz(); ++r)
     EXPECT_EQ(model.latent_max(r), model.latent_max(r % 2)) << "one range for all axes";
 }
 
 TEST(Carried, EstimatesTurnWithTheReadings) {
-  // Estimates of turned readings are the turned estimates, for any weights.
+  // For any weights, the estimates of turned readings are the turned estimates.
   const Matrix3d axes = Eigen::AngleAxisd(2.2, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
   const Dataset data = turned_sensor(6, false);
   const codegen::Model model = train(experiment_of("", "steps = 0\n"), data, data, {}).model;
@@ -139,14 +139,14 @@ TEST(Carried, EstimatesTurnWithTheReadings) {
   const Trajectory& run = data.trajectories.front();
   const Eigen::MatrixXd x_hat = observer.run(run.outputs, run.inputs, run.time_s, true).x_hat;
   const Eigen::MatrixXd image = turned.run(axes * run.outputs, axes * run.inputs, run.time_s, true).x_hat;
-  EXPECT_LT((image - axes * x_hat).cwiseAbs().maxCoeff(), 1e-9) << "to rounding of double";
+  EXPECT_LT((image - axes * x_hat).cwiseAbs().maxCoeff(), 1e-9) << "equal except for rounding";
 }
 
-TEST(Carried, EigenvaluesLearnTogetherAndTheModelReadsBack) {
+TEST(Carried, LearnsEigenvaluesAndTheModelReadsBack) {
   const Dataset data = turned_sensor(5, false);
   Experiment experiment = experiment_of(
       "", "steps = 0\nlearning_rate = 1e-2\ntrajectories_per_step = 5\nsamples_per_step = 2000\nvalidate_every = 20\n");
-  experiment.observer.eigenvalues = {-5.0, -20.0};  // too fast: shaking comes through
+  experiment.observer.eigenvalues = {-5.0, -20.0};  // too fast: they pass the shaking on
   const TrainingResult before = train(experiment, data, data, {});
   experiment.training.steps = 200;
   const TrainingResult after = train(experiment, data, data, {});
@@ -155,7 +155,7 @@ TEST(Carried, EigenvaluesLearnTogetherAndTheModelReadsBack) {
   EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
 }
 
-TEST(CarriedLatent, GradientMeetsDifferences) {
+TEST(CarriedLatent, GradientAgreesWithDifferences) {
   constexpr int kLength = 40, kModes = 2;
   LatentShape shape;
   shape.injection = Injection::kUnitGain;
@@ -192,7 +192,7 @@ TEST(CarriedLatent, GradientMeetsDifferences) {
   group.cotangent = cotangent;
   latent.backward(group, 0);
   constexpr float kStep = 0.02F;
-  constexpr double kTolerance = 0.02;  // float32 sums over 80 mm of readings, differences of second order
+  constexpr double kTolerance = 0.02;  // float32 sums over 80 ms of readings, differences of second order
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     std::vector<float> up = parameters, down = parameters;
     up[i] += kStep;
@@ -207,7 +207,7 @@ std::string without(std::string text, const std::string& what, const std::string
   return text.replace(text.find(what), what.size(), instead);
 }
 
-TEST(Carried, RefusesChannelsThatAreNoVectorsWithTheRemedy) {
+TEST(Carried, RefusesChannelsThatAreNotVectorsAndNamesTheRemedy) {
   EXPECT_EQ(refused(text_of("")), "no error");
   EXPECT_THAT(refused(without(text_of(""), "[[log.columns]]\nname = \"c\"\nrole = \"output\"\nunit = \"m/s^2\"\n")),
               HasSubstr("there are 2 outputs"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A sensor defect that is declared in training lowers the error in flight with the defect, and costs accuracy without
-// it. The control of each defect is the training without it.
+// If training declares a sensor defect, the error in flight with the defect falls. The control of each defect is a
+// training without it.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -29,7 +29,7 @@ Experiment pushed_mass(const std::string& training) {
   return experiment;
 }
 
-/// Error over the last 200 samples, with sensors as declared in `noise` and `input_noise`.
+/// Error over the last 200 samples, with sensors as declared by `noise` and `input_noise`.
 double settled_error(const codegen::Model& model, Dataset data, const std::string& noise,
                      const std::string& input_noise) {
   for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
@@ -59,19 +59,19 @@ void expect_gain(const std::string& noise, const std::string& input_noise, doubl
       << noise << " | " << input_noise << ": " << found.declared << " against " << found.not_declared;
 }
 
-TEST(DefectiveSensors, ADeclaredDelayIsMadeUpFor) {
+TEST(DefectiveSensors, ADeclaredDelayIsCompensated) {
   expect_gain("none+delay:3", "none", 0.5);
 }
 
 TEST(DefectiveSensors, DeclaredJitterIsSmoothed) {
-  expect_gain("none+jitter:0.5", "none", 0.97);  // little is to be gained: D is fixed here, and .95 is found
+  expect_gain("none+jitter:0.5", "none", 0.97);  // little can be gained: D is fixed here; measured: .95
 }
 
-TEST(DefectiveSensors, DeclaredLossesCostLess) {
+TEST(DefectiveSensors, DeclaredLossesIncreaseTheErrorLess) {
   expect_gain("none+missing:0.3:3", "none", 0.9);
 }
 
-TEST(DefectiveSensors, DeclaredNoiseOfAnInputCostsLess) {
+TEST(DefectiveSensors, DeclaredNoiseOfAnInputIncreasesTheErrorLess) {
   expect_gain("none", "gaussian:4", 0.9);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer of a simulated plant that is trained over drawn inputs knows them in flight,
-// by expressions of any f(x, u).
+// An observer of a simulated plant f(x, u) that is trained on drawn inputs uses its inputs in flight.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -16,7 +15,7 @@ namespace nlo::trainer {
 namespace {
 
 Experiment integrator(bool excited, const std::vector<std::string>& changes = {}) {
-  // x2 cannot be told from y without u for as long as a filtered derivative takes: u moves it at once.
+  // Without u, x2 follows from y only after the delay of a filtered derivative; with u, the estimate moves at once.
   Experiment experiment = parse_experiment(
       std::string("name = \"pushed_mass\"\n[plant]\nstates = [\"x1\", \"x2\"]\ninputs = [\"u\"]\n"
                   "derivative = [\"x2\", \"-x1 - 0.4 * x2 + u + 0.1 * u ^ 3\"]\noutputs = [\"x1\"]\n") +
@@ -37,7 +36,7 @@ double settled_error(const codegen::Model& model, const Dataset& data) {
   return testing::settled_rmse(model, data, 200);
 }
 
-TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {
+TEST(ExcitedTraining, AnObserverThatWasExcitedUsesItsInputs) {
   const std::vector<std::string> by_settled = {"inverse_map.readout=\"settled\""};
   const TrainingSets sets = simulate_training_sets(integrator(true));
   ASSERT_TRUE(sets.training.reads_inputs);
@@ -52,7 +51,7 @@ TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {
   EXPECT_LT(settled_error(with, sets.validation), 0.1 * settled_error(without, sets.validation));
 }
 
-TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
+TEST(ExcitedTraining, AMirroredRunChangesTheSignsOfItsInputs) {
   const auto mirror_of = [](std::vector<std::string> changes) {
     changes.emplace_back("training.mirror=true");
     const TrainingData data(simulate_training_sets(integrator(true, changes)).training);
@@ -62,7 +61,7 @@ TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
   EXPECT_EQ(mirror_of({}), Eigen::Vector2d(-1.0, -1.0));
   EXPECT_EQ(mirror_of({"plant.derivative=[\"x2\", \"-x1 - u^2 * x2\"]", "plant.even=[\"u\"]"}),
             Eigen::Vector2d(-1.0, 1.0));
-  EXPECT_ANY_THROW(mirror_of({"plant.derivative=[\"x2\", \"-x1 - x2 + u^2\"]"})) << "it is not odd in u";
+  EXPECT_ANY_THROW(mirror_of({"plant.derivative=[\"x2\", \"-x1 - x2 + u^2\"]"})) << "the plant is not odd in u";
 }
 
 TEST(ExcitedTraining, MirrorLearnsTheEffectOfInputs) {
@@ -72,7 +71,7 @@ TEST(ExcitedTraining, MirrorLearnsTheEffectOfInputs) {
   };
   const codegen::Model model = trained(integrator(true, {"training.mirror=true", "excitation.low=[0]"}));
   const codegen::Model plain = trained(integrator(true, {"excitation.low=[0]"}));
-  // Trained on u >= 0 alone, tried where u < 0: with its mirror image that is known ground.
+  // Trained only on u >= 0 and tested where u < 0: the mirror images cover that range.
   const Dataset other = simulate_training_sets(integrator(true, {"excitation.high=[0]"})).validation;
   EXPECT_LT(settled_error(model, other), 0.7 * settled_error(plain, other));
 }

@@ -37,12 +37,12 @@ Index start_in(const VectorXd& run, const Trajectory& trajectory, double toleran
   return -1;
 }
 
-TEST(FlightRecord, HasStretchesOfAllTheDataHalfOfThemFromTheFirstSample) {
-  const Dataset data = test::van_der_pol_set(60, 14.0, 1, 2.0);  // 701 samples each
+TEST(FlightRecord, HasPiecesOfAllDataHalfOfThemFromTheFirstSample) {
+  const Dataset data = test::van_der_pol_set(60, 14.0, 1, 2.0);  // 701 samples per run
   const codegen::Model model = trained_on(data);
   EXPECT_GE(model.flight.samples(), 12000);
   EXPECT_LT(model.flight.samples(), 13000);
-  const double half_step = 0.5 * model.flight.output_step(0) + 1e-6;  // and the rounding of floats
+  const double half_step = 0.5 * model.flight.output_step(0) + 1e-6;  // plus rounding of floats
   int found = 0, from_the_start = 0;
   Index last_trajectory = 0;
   for (const codegen::FlightRun& run : model.flight.runs) {
@@ -59,7 +59,7 @@ TEST(FlightRecord, HasStretchesOfAllTheDataHalfOfThemFromTheFirstSample) {
   const auto runs = static_cast<int>(model.flight.runs.size());
   EXPECT_EQ(found, runs);
   EXPECT_NEAR(from_the_start, runs / 2, 1);
-  EXPECT_GT(last_trajectory, 50) << "spread over the data";
+  EXPECT_GT(last_trajectory, 50) << "the record is spread over all data";
 }
 
 TEST(FlightRecord, HasTheNoiseOfTraining) {
@@ -71,11 +71,11 @@ TEST(FlightRecord, HasTheNoiseOfTraining) {
   EXPECT_NEAR(deviation, 0.3, 4.0 * 0.3 / std::sqrt(2.0 * 501.0));  // four standard errors
 }
 
-TEST(FlightRecord, HasTheTimesOfIrregularLogsAndOfNoOthers) {
+TEST(FlightRecord, HasTimesOnlyForIrregularLogs) {
   const Dataset data = testing::harmonics({700, 900}, true);
   const codegen::Model model = trained_on(data);
   EXPECT_EQ(trained_on(testing::harmonics({700}, false)).flight.runs[0].dt.size(), 0);
-  EXPECT_EQ(model.flight.samples(), 700 + 900) << "short data are recorded whole";
+  EXPECT_EQ(model.flight.samples(), 700 + 900) << "short data are recorded completely";
   const double half_step = 0.5 * model.flight.output_step(0) + 1e-6;
   for (std::size_t i = 0; i < model.flight.runs.size(); ++i) {
     const codegen::FlightRun& run = model.flight.runs[i];
@@ -88,7 +88,7 @@ TEST(FlightRecord, HasTheTimesOfIrregularLogsAndOfNoOthers) {
   }
 }
 
-TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
+TEST(FlightRecord, HasTheInputsOfADrivenPlantAndZeroWithoutExcitation) {
   Experiment experiment = testing::small_experiment();
   experiment.observer.structure = "driven_kkl";
   experiment.observer.eigenvalues = {-1.0, -1.5, -2.0};
@@ -111,7 +111,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
   EXPECT_LE((flown - u).cwiseAbs().maxCoeff(), 0.5 * driven.flight.input_step(0));
 }
 
-TEST(FlightRecord, IsTheDataForTheErrorOfAnExport) {
+TEST(FlightRecord, IsUsedForTheErrorOfAnExport) {
   const codegen::Model model = trained_on(test::van_der_pol_set(40, 12.0, 2, 2.0), 0.1);
   EXPECT_GE(codegen::PreparedExport(model).error().recorded, 10000);
 }

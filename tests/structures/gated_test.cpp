@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Gated units as they train: the gradient through time against finite differences, what is rolled out against what
-// flies, and that they learn what needs memory.
+// Training of gated units: gradients through time agree with finite differences, roll-outs equal flight, and the units
+// learn a task that needs memory.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace {
 
 using testing::harmonics;
 
-/// Three units, two readings, and a random linear functional of z as the loss.
+/// Three units and two readings, with a random linear functional of z as the loss.
 struct Problem {
   int units = 3, length;
   Normalisation readings_by{{0.2, -0.1}, {0.7, 1.4}};
@@ -71,7 +71,7 @@ double worst_of_gradient(int samples, bool jittered) {
       problem.theta[p] = centre + offset;
       return problem.loss();
     };
-    // Fourth order: what is left is kStep^4 and the rounding, 1e-16 * |loss| / kStep.
+    // Fourth-order differences: the remaining errors are kStep^4 and the rounding 1e-16 * |loss| / kStep.
     const double expected = (8.0 * (at(kStep) - at(-kStep)) - (at(2.0 * kStep) - at(-2.0 * kStep))) / (12.0 * kStep);
     problem.theta[p] = centre;
     worst = std::fmax(worst, std::fabs(gradient[p] - expected));
@@ -82,20 +82,20 @@ double worst_of_gradient(int samples, bool jittered) {
 }
 
 TEST(GatedUnits, GradientsThroughTimeAgreeWithFiniteDifferences) {
-  // Lengths within a chunk of 32 samples, on its edge, and over several.
+  // Lengths within a chunk of 32 samples, at its end, and over several chunks.
   for (const int samples : {1, 2, 32, 33, 75})
     for (const bool jittered : {false, true})
       EXPECT_LT(worst_of_gradient(samples, jittered), 2e-9) << samples << " " << jittered;
 }
 
-TEST(GatedUnits, StepsOfOnePeriodAreRegularOnes) {
-  Problem regular(40, false), told(40, false);
-  told.periods.assign(static_cast<std::size_t>(told.length) * kGroup, 1.0);
-  told.run.periods = told.periods.data();
+TEST(GatedUnits, StepsOfOnePeriodEqualRegularSteps) {
+  Problem regular(40, false), with_periods(40, false);
+  with_periods.periods.assign(static_cast<std::size_t>(with_periods.length) * kGroup, 1.0);
+  with_periods.run.periods = with_periods.periods.data();
   std::vector<double> gradient, other;
-  EXPECT_NEAR(regular.loss(), told.loss(), 1e-12);
+  EXPECT_NEAR(regular.loss(), with_periods.loss(), 1e-12);
   regular.gated.backward(regular.run, gradient);
-  told.gated.backward(told.run, other);
+  with_periods.gated.backward(with_periods.run, other);
   for (std::size_t p = 0; p < gradient.size(); ++p) ASSERT_NEAR(gradient[p], other[p], 1e-11) << p;
 }
 
@@ -117,34 +117,34 @@ TEST(Gated, TrainingEqualsFlight) {
     for (const char* features : {"", "features = \"latent_and_output\"\n"}) {
       const TrainingResult result = train(gated_experiment(std::string("units = 5\n") + features), data, data, {});
       ASSERT_EQ(result.model.nz(), 5);
-      // Against double: the roll-out's float and the runtime's tanh.
+      // Compared with double: float in the roll-out, and tanh of the runtime.
       EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data), 1e-4 * result.validation_rmse)
           << features;
     }
   }
 }
 
-TEST(Gated, RatesStartSpreadBetweenTheGivenOnes) {
+TEST(Gated, InitialRatesAreSpreadBetweenTheGivenOnes) {
   const Dataset data = harmonics({60}, false);
   const codegen::Model model = train(gated_experiment("units = 3\nrates = [0.5, 8.0]\n", 1), data, data, {}).model;
-  // One step at a rate of .01 moves a bias by .01; z and the readings' part of the rates is zero on average only.
+  // One optimiser step moves a bias by .01; z and the readings change the rates, with mean zero.
   const Eigen::VectorXd bias = std::get<codegen::Gated>(model.structure).gates.layers[0].bias;
   for (int r = 0; r < 3; ++r)
     EXPECT_NEAR(std::log1p(std::exp(2.0 * bias(r))) / 0.05, 0.5 * std::pow(4.0, r), 0.05 * std::pow(4.0, r)) << r;
 }
 
-TEST(Gated, LearnsAVelocityThatOneMeasurementDoesNotTell) {
+TEST(Gated, LearnsAVelocityThatOneMeasurementDoesNotDetermine) {
   const Dataset data = harmonics({120, 120, 120, 120}, false);
   const auto error = [&](int steps) {
     Experiment experiment = gated_experiment("units = 8\n", steps);
-    experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // a linear row would stand in for the untrained one
+    experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // a linear row would replace the untrained network
     return train(experiment, data, data, {}).validation_rmse;
   };
   const double untrained = error(1), trained = error(300);
   EXPECT_LT(trained, 0.25 * untrained);
 }
 
-TEST(Gated, FlightClampsWhereTrainingDidWhenNoiseHasTails) {
+TEST(Gated, ClampsTheSameReadingsInTrainingAndFlight) {
   const Dataset data = harmonics({200, 200}, false);
   double low = 1e9, high = -1e9;
   for (const Trajectory& run : data.trajectories) {
@@ -160,7 +160,7 @@ TEST(Gated, FlightClampsWhereTrainingDidWhenNoiseHasTails) {
   EXPECT_GT(std::fabs(model("gaussian:0.5").output_max(0) - tails.output_max(0)), 0.1) << "control";
 }
 
-TEST(Gated, ContractsAtTheRateThatItsFileClaims) {
+TEST(Gated, ContractsAtTheRateThatItsFileStates) {
   const Dataset data = harmonics({120, 120, 120}, false);
   const auto trained = [&](const std::string& observer) {
     return codegen::parse_model(codegen::to_json(train(gated_experiment(observer, 200), data, data, {}).model),
@@ -171,11 +171,11 @@ TEST(Gated, ContractsAtTheRateThatItsFileClaims) {
   ASSERT_FALSE(claim.none());
   EXPECT_GT(claim.rate, 0.0);
   EXPECT_TRUE(std::get<codegen::Gated>(trained("units = 6\n").structure).contraction.none());
-  // Training has come to the limit: its rows add up to 0.9 and no more, but for rounding to float.
+  // Training has reached the limit: the rows of the coupling add up to 0.9, except for rounding to float.
   const Eigen::MatrixXd coupling = codegen::coupling(std::get<codegen::Gated>(model.structure), model.nz());
   EXPECT_NEAR(coupling.rowwise().sum().maxCoeff(), 0.9, 1e-5);
 
-  // Two runs that start anywhere, on the same readings anywhere in their ranges.
+  // Two runs from any initial values, on the same readings anywhere in their ranges.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const double share = std::exp(-claim.rate * model.sample_period_s);
@@ -196,16 +196,16 @@ TEST(Gated, ContractsAtTheRateThatItsFileClaims) {
       a.step(y, Eigen::VectorXd(0), model.sample_period_s);
       b.step(y, Eigen::VectorXd(0), model.sample_period_s);
       const double after = distance(a.latent(), b.latent());
-      // 1e-9: double rounds, and a distance of nothing has no share.
+      // 1e-9: rounding in double, when the distance is almost zero.
       ASSERT_LE(after, share * before + 1e-9) << run << ' ' << k;
       largest = std::max(largest, before > 1e-6 ? after / before : 0.0);
       before = after;
     }
   }
-  EXPECT_GT(largest, 0.5 * share) << "control: the claim is not far from what is";
+  EXPECT_GT(largest, 0.5 * share) << "control: the claimed rate is not far from the real one";
 }
 
-TEST(Gated, ThreadsDoNotChangeItsBytes) {
+TEST(Gated, GivesTheSameBytesForAnyNumberOfThreads) {
   const Dataset data = harmonics({60, 90, 75, 60, 90, 75, 60, 90, 75, 50}, false);
   Experiment experiment = gated_experiment("units = 5\n", 20, "noise = \"gaussian:0.1\"\n");
   experiment.training.trajectories_per_step = 24;

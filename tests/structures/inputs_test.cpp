@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Known inputs beside the outputs, in every structure that reads them: what training rolls out is what flies, and an
-// observer that knows u estimates what it could not without.
+// Known inputs in each structure that reads them: roll-outs equal flight, and an observer that knows u estimates states
+// that it could not estimate without.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kStep_s = 0.05;
 
-/// x1' = x2, x2' = -x1 - 0.4 x2 + u, y = x1: u is drawn afresh every six samples and has acted since the sample before.
+/// x1' = x2, x2' = -x1 - 0.4 x2 + u, y = x1. u changes every six samples and has acted since the sample before.
 Dataset pushed_oscillator(bool known, unsigned seed, double horizon_s = 20.0) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -42,7 +42,7 @@ Dataset pushed_oscillator(bool known, unsigned seed, double horizon_s = 20.0) {
     run.source = "simulation " + std::to_string(r);
     run.time_s = Eigen::VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * kStep_s);
     run.states.resize(2, samples);
-    run.weight = (run.time_s.array() >= 6.0).cast<double>();  // the start is another matter
+    run.weight = (run.time_s.array() >= 6.0).cast<double>();  // the transient is not tested here
     Eigen::MatrixXd u(1, samples);
     Eigen::Vector2d x(uniform(random), uniform(random));
     double command = 0.0;
@@ -50,7 +50,7 @@ Dataset pushed_oscillator(bool known, unsigned seed, double horizon_s = 20.0) {
       if (k % 6 == 0) command = 2.0 * uniform(random);
       u(0, k) = command;
       constexpr int kPieces = 20;
-      for (int i = 0; k > 0 && i < kPieces; ++i) {  // Heun: h^3 of a twentieth of the period is 1e-9
+      for (int i = 0; k > 0 && i < kPieces; ++i) {  // Heun: h^3 with h a twentieth of the period, 1e-9
         const double h = kStep_s / kPieces;
         const auto slope = [&](const Eigen::Vector2d& at) {
           return Eigen::Vector2d(at(1), -at(0) - 0.4 * at(1) + command);
@@ -67,7 +67,7 @@ Dataset pushed_oscillator(bool known, unsigned seed, double horizon_s = 20.0) {
   return data;
 }
 
-/// A linear T*, so that a ridge regression is the optimum, on fixed modes.
+/// A linear T* on fixed modes, so that a ridge regression is the optimum.
 Experiment experiment_of(const std::string& structure) {
   const std::string latent = structure == "luenberger"
                                  ? "state_matrix = [[0.0, 1.0], [-1.0, -0.4]]\noutput_matrix = [[1.0, 0.0]]\n"
@@ -98,14 +98,14 @@ TEST_P(EveryStructure, TrainingWithInputsEqualsFlight) {
     const TrainingResult result = train(experiment, data, data, {});
     ASSERT_EQ(result.model.nu(), 1);
     ASSERT_EQ(result.model.nr(), 2);
-    // The validation error is of the trainer's roll-out in float, rounding included.
+    // The validation error comes from the roll-out of the trainer, in float.
     EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data),
                 2e-3 * result.validation_rmse + 2e-6)
         << hold;
   }
 }
 
-TEST_P(EveryStructure, AModelWithInputsReadsBackAsItWasWritten) {
+TEST_P(EveryStructure, AModelWithInputsReadsBackUnchanged) {
   const Dataset data = pushed_oscillator(true, 1, 10.0);
   const codegen::Model model = train(experiment_of(GetParam()), data, data, {}).model;
   const std::string text = codegen::to_json(model);
@@ -115,23 +115,23 @@ TEST_P(EveryStructure, AModelWithInputsReadsBackAsItWasWritten) {
 INSTANTIATE_TEST_SUITE_P(Structures, EveryStructure, ::testing::Values("kkl", "luenberger", "general", "gated"),
                          [](const auto& one) { return one.param; });
 
-TEST(Inputs, EveryStructureReadsThemOrHasThemActOnItsEstimate) {
+TEST(Inputs, EveryStructureUsesInputs) {
   for (const TrainableStructure* structure : structure_table())
     EXPECT_NE(structure->reads_inputs(), structure->flies_inputs()) << structure->name();
 }
 
-TEST(Inputs, AKklObserverThatReadsUEstimatesALinearPlantAndOneWithoutItDoesNot) {
+TEST(Inputs, AKklObserverNeedsUToEstimateADrivenLinearPlant) {
   const Dataset unseen = pushed_oscillator(true, 5);
   const codegen::Model with = train(experiment_of("kkl"), pushed_oscillator(true, 1), unseen, {}).model;
   Dataset blind = pushed_oscillator(false, 5);
   const codegen::Model without = train(experiment_of("kkl"), pushed_oscillator(false, 1), blind, {}).model;
-  // With the modes of y on u, x is a linear function of z; what is left is the ramp of y between samples.
+  // With modes of y and of u, x is a linear function of z; the remaining error is the linear interpolation of y.
   EXPECT_LT(testing::reference_rmse(with, unseen), 4e-3);
   EXPECT_GT(testing::reference_rmse(without, blind), 10.0 * testing::reference_rmse(with, unseen));
 }
 
-TEST(Inputs, TheGeneralRouteMeetsTheExactFilterOnCommands) {
-  // By RK4 both have the same coefficients; float32 rounding of z.
+TEST(Inputs, DifferentialEquationsAgreeWithTheExactFilterOnCommands) {
+  // With RK4 both have the same coefficients; they differ by float32 rounding of z.
   Experiment experiment = experiment_of("kkl");
   experiment.observer.hold = Hold::kRk4;
   const Dataset data = pushed_oscillator(true, 2, 10.0);
@@ -163,7 +163,7 @@ std::string refused(const std::string& observer, const std::string& loss) {
   });
 }
 
-TEST(Inputs, ContradictionsAreRefusedWithTheRemedy) {
+TEST(Inputs, RefusesContradictionsAndNamesTheRemedy) {
   EXPECT_EQ(refused("", ""), "no error") << "control";
   EXPECT_THAT(
       refused("hold = \"zero_order\"\ninput_hold = \"first_order\"\n", ""),
@@ -172,12 +172,12 @@ TEST(Inputs, ContradictionsAreRefusedWithTheRemedy) {
   EXPECT_THAT(refused("structure = \"driven_kkl\"\n", ""), ::testing::HasSubstr("needs a plant with inputs"));
 }
 
-/// Commands that reach the plant 4 samples late: what a log's column holds, and what delay_s makes of it.
-TEST(LateInputs, AreWorthDeclaring) {
+/// Commands that reach the plant 4 samples late: the column of the log, and the inputs with delay_s.
+TEST(LateInputs, DeclaringTheirDelayLowersTheError) {
   constexpr double kLate_s = 4.0 * kStep_s;
   Dataset declared = pushed_oscillator(true, 1), as_logged = declared;
   for (std::size_t i = 0; i < declared.trajectories.size(); ++i) {
-    // The plant had u; its column has it earlier: the last values stand for commands that were not given yet.
+    // The plant received u; the column has it earlier. The last values stand for commands that were not yet given.
     const Trajectory& run = declared.trajectories[i];
     Eigen::MatrixXd& column = as_logged.trajectories[i].inputs;
     const Eigen::VectorXd reversed = run.inputs.row(0).reverse().transpose();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scales and domain are those of flight: what T* reads from the first sample on, whatever the masks say of the truth.
+// Scales and domain describe flight, where T* reads all samples from the first one on, also where the truth is masked.
 #include <gtest/gtest.h>
 
 #include "codegen/model/domain.h"
@@ -19,8 +19,8 @@ namespace {
 using testing::harmonics;
 using testing::small_experiment;
 
-/// As on a rig: velocities come from a zero-phase filter whose edges are masked, the observer may start anywhere, and
-/// clocks tell T* how long ago that was. The faster one is over before the first sample that counts.
+/// As on a rig: velocities come from a zero-phase filter whose ends are masked, the observer starts at any state, and
+/// clocks show T* the time since the start. The faster clock has decayed before the first unmasked sample.
 Experiment rig_experiment() {
   Experiment experiment = small_experiment();
   experiment.observer.pairs = {{-4.0, 6.0}, {-8.0, 10.0}};
@@ -40,7 +40,7 @@ Experiment rig_experiment() {
   return experiment;
 }
 
-constexpr int kMasked = 10;  // samples, half a second: exp(-.5 / .02) = 1e-11 of the faster clock is left
+constexpr int kMasked = 10;  // samples, half a second, after which exp(-.5 / .02) = 1e-11 of the faster clock is left
 
 Dataset masked_runs(unsigned seed) {
   Dataset data = harmonics(std::vector<int>(12, 100), false, seed);
@@ -71,7 +71,7 @@ struct Normalised {
   const Rollout& flight;
 };
 
-TEST(Normalisation, AProductWithAClockHasTheScaleOfItsFeature) {
+TEST(Normalisation, ProductWithAClockHasTheScaleOfItsFeature) {
   Experiment experiment = rig_experiment();
   experiment.observer.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
   const Normalised normalised(experiment, masked_runs(1));
@@ -85,17 +85,17 @@ TEST(Normalisation, AProductWithAClockHasTheScaleOfItsFeature) {
     EXPECT_EQ(feature.mean, factor.mean);
     EXPECT_EQ(feature.scale, factor.scale);
   }
-  EXPECT_EQ(products, 2 * (features.size() - products - 2));  // each feature but the two clocks, with both
+  EXPECT_EQ(products, 2 * (features.size() - products - 2));  // each feature except the two clocks, multiplied by both
 }
 
-TEST(Normalisation, NoFeatureLeavesItsScaleWhereTheTruthIsMasked) {
+TEST(Normalisation, FeaturesStayWithinTheirScaleWhereTheTruthIsMasked) {
   const Normalised normalised(rig_experiment(), masked_runs(1));
-  // A harmonic stays within 1.5 deviations, its transient within some more. With scales from the unmasked samples alone
-  // the clock of 0.02 s reaches 1e10.
+  // A harmonic stays within 1.5 standard deviations, its transient within a few more. With scales from the unmasked
+  // samples only, the clock of 0.02 s would reach 1e10.
   EXPECT_LT(largest_feature(normalised.structure, normalised.dataset.outputs, normalised.flight).reach, 20.0);
 }
 
-TEST(Normalisation, AClockHasTheRangeItIsKnownToHave) {
+TEST(Normalisation, ClocksHaveTheirKnownRange) {
   const Normalised normalised(rig_experiment(), masked_runs(1));
   int clocks = 0;
   for (const Feature& feature : normalised.structure.features) {
@@ -107,9 +107,10 @@ TEST(Normalisation, AClockHasTheRangeItIsKnownToHave) {
   EXPECT_EQ(clocks, 2);
 }
 
-TEST(Normalisation, MasksConcernTheTruthAlone) {
+TEST(Normalisation, MasksAffectOnlyTheTruth) {
   Dataset masked = masked_runs(1);
-  for (Trajectory& run : masked.trajectories) run.states.leftCols(kMasked).setConstant(1e6);  // may be anything
+  // Masked truth may have any value.
+  for (Trajectory& run : masked.trajectories) run.states.leftCols(kMasked).setConstant(1e6);
   Dataset cut = masked;
   for (Trajectory& run : cut.trajectories) run.states.leftCols(kMasked).setZero();
   const Normalised a(rig_experiment(), masked), b(rig_experiment(), cut);
@@ -138,18 +139,18 @@ TEST(Normalisation, ADroppedTransientAffectsNeitherTheScaleNorTheDomain) {
   experiment.observer.learn_eigenvalues = false;
   experiment.training.mode = TrainingMode::kFullBatch;
   Dataset steady = harmonics({100, 100}, false);
-  for (Trajectory& run : steady.trajectories) run.outputs.setOnes();  // z runs from 0 to 1/2
+  for (Trajectory& run : steady.trajectories) run.outputs.setOnes();  // z goes from 0 to 1/2
   const auto lowest = [&](const Dataset& data) {
     const TrainingResult result = train(experiment, data, data, {});
     return result.model.latent_min(0);
   };
   Dataset dropped = steady;
-  drop_transient(dropped, 3.0);  // 1/2 (1 - exp(-6)) = .4988 is what is left of it
-  EXPECT_LT(lowest(steady), 0.0) << "control: the transient is flown";
+  drop_transient(dropped, 3.0);  // only 1/2 (1 - exp(-6)) = .4988 is left of it
+  EXPECT_LT(lowest(steady), 0.0) << "control: the domain contains the transient";
   EXPECT_GT(lowest(dropped), 0.49);
 }
 
-TEST(Normalisation, WhereAnOutputIsAtRestIsNotOfTheDomainWhenTStarReadsItRelativeToZ) {
+TEST(Normalisation, DomainIgnoresTheOutputLevelIfTStarReadsItRelativeToZ) {
   Dataset elsewhere = masked_runs(2);
   for (Trajectory& run : elsewhere.trajectories) run.outputs.array() += 20.0;
   const auto share = [&](const Experiment& experiment) {
@@ -159,7 +160,7 @@ TEST(Normalisation, WhereAnOutputIsAtRestIsNotOfTheDomainWhenTStarReadsItRelativ
     double inside = 0.0, samples = 0.0;
     for (const Trajectory& run : elsewhere.trajectories) {
       const auto flown = observer.run(run.outputs, {}, run.time_s, true);
-      // As they came: the range of measurements, which would clamp them, is another matter.
+      // Unclamped readings: clamping to the range of measurements is tested elsewhere.
       const Eigen::MatrixXd z = flown.z, y = flown.y;
       for (Eigen::Index k = 0; k < run.samples(); ++k, samples += 1.0)
         inside += domain.contains(z.col(k), y.col(k)) ? 1.0 : 0.0;
@@ -173,15 +174,15 @@ TEST(Normalisation, WhereAnOutputIsAtRestIsNotOfTheDomainWhenTStarReadsItRelativ
   EXPECT_LT(share(experiment), 0.1) << "control: T* reads z itself";
 }
 
-/// The shipped rig broke like this: the best model of every seed was that of step 0.
-TEST(Normalisation, ARigWithMaskedEdgesAndClocksLearnsAndFliesInItsDomainFromTheFirstSampleOn) {
+/// Regression test: for the shipped rig, the best model of each seed was that of step 0.
+TEST(Normalisation, ARigWithMaskedEndsAndClocksLearnsAndFliesInItsDomainFromTheFirstSample) {
   const Dataset validation = masked_runs(2);
   for (const Dataset& training : {masked_runs(1), testing::mirrored(masked_runs(1))}) {
     const Experiment experiment = rig_experiment();
     const TrainingResult result = train(experiment, training, validation, {});
     EXPECT_EQ(result.outcome, TrainOutcome::kFinished) << result.message;
     EXPECT_LT(result.validation_rmse, 0.9 * result.metrics.front().validation_rmse)
-        << "no better than ridge regression";
+        << "not better than ridge regression";
 
     codegen::ReferenceObserver<double> observer(result.model);
     const codegen::LatentDomain domain(result.model);
@@ -197,7 +198,7 @@ TEST(Normalisation, ARigWithMaskedEdgesAndClocksLearnsAndFliesInItsDomainFromThe
       most = std::max(most, run.states.cwiseAbs().maxCoeff());
     }
     EXPECT_GE(in_domain, 0.99 * samples);
-    EXPECT_LT(reach, 2.0 * most) << "masked samples included";
+    EXPECT_LT(reach, 2.0 * most) << "including masked samples";
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Training of an observer with a prior: the gradient through time, equations and range against finite differences, and
-// roll-outs against flight.
+// Training of an observer with a prior: gradients through time, equations and range agree with finite differences, and
+// roll-outs equal flight.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ namespace {
 
 using testing::harmonics;
 
-/// A driven Van der Pol oscillator, y = x1 + x2 / 4, three units, and a random linear functional of z as the loss.
+/// A driven Van der Pol oscillator with y = x1 + x2 / 4, three units, and a random linear functional of z as the loss.
 struct PriorProblem {
   int length;
   std::vector<double> theta, readings, latent, cotangent, periods;
@@ -117,8 +117,8 @@ struct PriorProblem {
 };
 
 TEST(PriorLanes, GradientsThroughTimeAgreeWithFiniteDifferences) {
-  // Fourth-order differences: what is left is kStep^4 and the rounding, 1e-16 |loss| / kStep, over some 100 kinks of
-  // |nu|.
+  // Fourth-order differences: the remaining errors are kStep^4 and the rounding 1e-16 |loss| / kStep, over about 100
+  // kinks of |nu|.
   for (const int samples : {1, 2, 33, 75})
     for (const bool jittered : {false, true}) {
       PriorProblem problem(samples, jittered, 30.0, jittered);
@@ -127,20 +127,20 @@ TEST(PriorLanes, GradientsThroughTimeAgreeWithFiniteDifferences) {
     }
 }
 
-TEST(PriorLanes, GradientsKnowTheSlopesOfFunctionsAndQuotients) {
+TEST(PriorLanes, GradientsIncludeFunctionsAndQuotients) {
   const codegen::EquationTexts equations = {
       {"x2 / (2 + cos(x1)^2) + atan(u)", "-sin(x1) - tanh(x2 / 2) - x2 * abs(x2) / 4 + exp(-x1^2) * u + sign(u) / 9"},
       {"x1 / sqrt(4 + x2^2) + ln(2 + x1^2) / 3"}};
   PriorProblem problem(33, true, 30.0, true, equations);
-  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes 0 within a difference";
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, if no state passes 0 within a difference";
 }
 
-TEST(PriorLanes, GradientsKnowTheSlopesOfMinimaAndMaxima) {
+TEST(PriorLanes, GradientsIncludeMinimaAndMaxima) {
   const codegen::EquationTexts equations = {
       {"x2 + max(x1, -0.3) / 4 - min(x2, 0.5, x1) / 5", "u - x1 - max(x2, x1) / 3 - sqrt(max(x1, 0.1))"},
       {"x1 + max(x2, 0) / 4"}};
   PriorProblem problem(33, true, 30.0, true, equations);
-  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes a kink within a difference";
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, if no state passes a kink within a difference";
 }
 
 TEST(PriorLanes, AnOutputThatIsNotMeasuredHasNoGradient) {
@@ -158,7 +158,8 @@ TEST(PriorLanes, AClampedStateHasNoGradient) {
   EXPECT_TRUE(problem.touches_range()) << "control";
 }
 
-// Finite differences of the tape would not show a number that is combined wrongly: value and slope would agree.
+// Finite differences of the tape itself would not detect a wrongly combined number, because value and slope would
+// agree.
 TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
   const std::vector<std::string> names = {"a", "b", "c"};
   std::vector<codegen::Expression> all;
@@ -193,7 +194,7 @@ TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
     values[1][l] = 0.3 * l - 1.3;
   }
   tape.evaluate(values.data());
-  constexpr double kRounding = 1e-14;  // some operations, in another order, on values near 1
+  constexpr double kRounding = 1e-14;  // a few operations in another order, on values near 1
   for (std::size_t i = 0; i < all.size(); ++i) {
     tape.pull_back(
         values.data(), [&](int row) { return in_lanes<L>(row == static_cast<int>(i) ? 1.0 : 0.0); }, to.data());
@@ -205,7 +206,7 @@ TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
       EXPECT_NEAR(tape.row(values.data(), static_cast<int>(i))[l], number(all[i]), kRounding) << i;
       for (int j = 0; j < 2; ++j) {
         const double slope = number(codegen::expression_of(codegen::derivative(all[i], j)));
-        // The derivative of sqrt by expressions has 1e-6 in its divisor.
+        // The derivative of sqrt by expressions has 1e-6 added to its divisor.
         EXPECT_NEAR(to[static_cast<std::size_t>(j)][l], slope, i == 15 ? 1e-6 : kRounding) << i << " " << j;
       }
     }
@@ -232,13 +233,13 @@ TEST(Prior, TrainingEqualsFlight) {
     for (const char* features : {"", "features = \"latent_and_output\"\n"}) {
       const TrainingResult result = train(prior_experiment(features), data, data, {});
       ASSERT_EQ(result.model.nz(), 10) << "five units, two states and the triangle of their covariance";
-      // Against double: the roll-out's float and the runtime's tanh.
+      // Compared with double: float in the roll-out, and tanh of the runtime.
       EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data), 1e-3 * result.validation_rmse);
     }
   }
 }
 
-/// A prior beside logs whose truth is v, driven by a and measured; the logs have one more input than the plant.
+/// A prior with logs whose truth is v, driven by a and measured; the logs have one input more than the plant.
 constexpr const char* kLogged = R"toml(name = "p"
 [log]
 sample_period_s = 0.05
@@ -270,7 +271,7 @@ trajectories_per_step = 8
 samples_per_step = 600
 )toml";
 
-TEST(Prior, StepsTheEquationsBesideLogs) {
+TEST(Prior, StepsTheEquationsInTrainingOnLogs) {
   Dataset logs;
   logs.outputs = {{"y", "", 0.0}};
   logs.states = {{"v", "", 0.0}};
@@ -283,7 +284,7 @@ TEST(Prior, StepsTheEquationsBesideLogs) {
     const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(400, 0.0, 19.95);
     Trajectory run{"a.csv", t, Eigen::MatrixXd(1, 400), Eigen::MatrixXd(1, 400), Eigen::VectorXd::Ones(400)};
     run.inputs = Eigen::MatrixXd::Zero(2, 400);
-    // v = sin(t + phase) of a = v' + v / 10.
+    // v = sin(t + phase) for a = v' + v / 10.
     const Eigen::ArrayXd angle = t.array() + 0.7 * log;
     run.states.row(0) = angle.sin().matrix();
     run.inputs.row(1) = (angle.cos() + 0.1 * angle.sin()).matrix();
@@ -293,7 +294,7 @@ TEST(Prior, StepsTheEquationsBesideLogs) {
   Experiment experiment = parse_experiment(kLogged, "prior.toml");
   experiment.threads = 1;
   const TrainingResult result = train(experiment, logs, logs, {});
-  EXPECT_LT(result.validation_rmse, 0.12) << "the sensor has .3; what the input moved is known";
+  EXPECT_LT(result.validation_rmse, 0.12) << "the sensor has .3; the effect of the input is known";
   const auto& prior = std::get<codegen::Prior>(result.model.structure);
   EXPECT_EQ(prior.equations.derivative, std::vector<std::string>{"a - 0.1 * v"});
   const auto refused = [](std::string text, const std::string& from, const std::string& to) {
@@ -308,8 +309,8 @@ TEST(Prior, StepsTheEquationsBesideLogs) {
             std::string::npos);
 }
 
-// Fails if the model with the least error over all states is kept although one state has become worse.
-TEST(Prior, KeepsNoModelThatEstimatesAStateWorseThanTheFilterItBeganAs) {
+// Fails if training keeps the model with the smallest total error although one state has become worse.
+TEST(Prior, NeverKeepsAModelWithAStateWorseThanThatOfItsInitialFilter) {
   const Dataset data = harmonics({60, 90, 75}, false);
   const auto state_errors = [&](int steps) {
     Experiment experiment = prior_experiment("");
@@ -328,7 +329,7 @@ TEST(Prior, KeepsNoModelThatEstimatesAStateWorseThanTheFilterItBeganAs) {
   for (Eigen::Index i = 0; i < 2; ++i) EXPECT_LE(model(i), 1.021 * filter(i)) << "1.02 and the rounding of float";
 }
 
-TEST(Prior, SurvivesTheModelFile) {
+TEST(Prior, ReadsBackFromTheModelFile) {
   const Dataset data = harmonics({60, 90}, false);
   const codegen::Model model = train(prior_experiment(""), data, data, {}).model;
   const std::string text = codegen::to_json(model);
@@ -347,8 +348,9 @@ TEST(Prior, RefusesPlantsThatItCannotStep) {
   EXPECT_NE(message.find("sums, products, quotients, whole powers, functions"), std::string::npos) << message;
 }
 
-// Two languages read the same texts: muParser's for what is simulated, and its part that can fly and be differentiated.
-TEST(Prior, ReadsItsEquationsAsTheSimulatedPlantDoes) {
+// Two parsers read the same texts: muParser for the simulation, and the parser for expressions that fly and are
+// differentiated.
+TEST(Prior, EvaluatesEquationsAsTheSimulatedPlant) {
   const std::vector<std::string> names = {"a", "b"};
   for (const std::string text :
        {"a - b - 2", "a / b * 3", "a / 2 / b", "-a^2", "2 * -b", "a * b^3 - 1e-3", "sin(a) / (2 + cos(b)^2)",
@@ -382,13 +384,14 @@ TEST(Prior, StepsAnAngleAsItsSineAndCosine) {
   EXPECT_EQ(prior.equations.derivative,
             (std::vector<std::string>{"angle_cos * (rate)", "-angle_sin * (rate)", "-9 * angle_sin - 0.1 * rate"}));
   EXPECT_EQ(prior.equations.outputs, (std::vector<std::string>{"angle_sin", "angle_cos"}));
-  EXPECT_LT(result.validation_rmse, 2.0) << "of turns at up to 9 rad/s, after a short training";
-  // An angle that stays one number would jump.
+  EXPECT_LT(result.validation_rmse, 2.0) << "for turns at up to 9 rad/s, after a short training";
+  // An angle stored as one number would jump.
   EXPECT_NE(thrown_message([&] { parse_experiment(pendulum + rest, "p.toml"); }).find("\"sincos\""), std::string::npos);
 }
 
-// A measurement below 0 drives the estimate to where the plant cannot be, and where its root has no value.
-TEST(Prior, StaysANumberWhereTheRootOfThePlantHasNone) {
+// A measurement below 0 drives the estimate to a value that the plant cannot have and for which its root is not
+// defined.
+TEST(Prior, StaysFiniteOutsideTheDomainOfTheEquations) {
   Experiment experiment = parse_experiment(
       "name = \"tank\"\n[plant]\nstates = [\"level\"]\nderivative = [\"0.5 - sqrt(2 * (level + 0))\"]\n"
       "outputs = [\"level\"]\n[simulation]\nhorizon_s = 4\ntrajectories = 30\ninitial_low = [0.05]\n"
@@ -423,7 +426,7 @@ Experiment loaded_spring(const std::string& estimated, const std::string& traini
   return experiment;
 }
 
-/// Root mean square of the error of `state` over the validation runs, under the same noise for every model.
+/// Root mean square error of `state` over the validation runs, under the same noise for each model.
 double error_under_noise(const codegen::Model& model, const Dataset& data, const char* state) {
   const auto row = [state](const std::vector<Channel>& states) {
     return std::ranges::find(states, std::string(state), &Channel::name) - states.begin();
@@ -451,7 +454,7 @@ TEST(Prior, StepsStatesThatItDoesNotEstimate) {
   EXPECT_EQ(prior.equations.derivative,
             (std::vector<std::string>{"0", "-4 * position - 0.2 * velocity + load", "velocity"}));
   ASSERT_EQ(model.nz(), whole.nz()) << "three units, three states and the triangle of their covariance";
-  // Both are the tuned filter. One was tuned for two states, the other for three.
+  // Both are the tuned filter, tuned for two states and for three.
   for (const char* state : {"velocity", "load"})
     EXPECT_LT(error_under_noise(model, sets.validation, state), 1.03 * error_under_noise(whole, full.validation, state))
         << state;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A linear plant is a free oracle. For x' = A x, y = C x the transformation T solves T A = D T + F C (Sylvester), T* is
-// its left inverse, and the error decays as T* exp(D t) (z_0 - T x_0).
+// A linear plant has a known solution. For x' = A x, y = C x the transformation T solves T A = D T + F C (Sylvester),
+// T* is its left inverse, and the error decays as T* exp(D t) (z_0 - T x_0).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -73,7 +73,8 @@ Eigen::MatrixXd sylvester(const codegen::Model& model) {
   return t;
 }
 
-/// The linear map of z that the trained model is: last layer and linear path together, scales and features undone.
+/// The linear map from z to the estimate in the trained model: last layer plus linear path, without scales and
+/// features.
 Eigen::MatrixXd trained_map(const codegen::Model& model) {
   const Eigen::MatrixXd whole = codegen::inverse_map(model)->layers.back().weights + codegen::inverse_map(model)->skip;
   return codegen::inverse_map(model)->output_scale.asDiagonal() * whole *
@@ -96,7 +97,8 @@ codegen::Model train_linear(const std::vector<double>& eigenvalues) {
   return train(experiment, oscillator(kTransient_s), oscillator(kTransient_s), {}).model;
 }
 
-// The ramp between samples differs from the harmonic by (omega h)^2 / 12 = 1e-4 of y; float32 training stops there too.
+// The linear interpolation between samples differs from the harmonic by (omega h)^2 / 12 = 1e-4 of y; the accuracy of
+// float32 training is similar.
 constexpr double kTolerance = 2e-3;
 
 TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
@@ -115,7 +117,7 @@ TEST(LinearPlant, WithMoreLatentStatesThanStatesTrainingFindsALeftInverse) {
   EXPECT_LT((product - Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 5.0 * kTolerance) << product;
 }
 
-TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysByTheClosedForm) {
+TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysAsInTheClosedForm) {
   const codegen::Model model = train_linear({-1.0, -3.0});
   const Eigen::MatrixXd t = sylvester(model);
   const Eigen::Vector2d x0(0.7, -1.1);  // not a run of the training set
@@ -169,7 +171,7 @@ TEST(ObserverGain, RefusesUnobservableStates) {
               HasSubstr("cannot all be seen"));
 }
 
-TEST(ObserverGain, KalmanGainOfAScalarPlantIsItsClosedForm) {
+TEST(ObserverGain, KalmanGainOfAScalarPlantEqualsItsClosedForm) {
   // x' = a x + w, y = c x + v: p = (a + sqrt(a^2 + c^2 q / r)) r / c^2, g = p c / r.
   const double a = 0.7, c = 2.0, q = 0.5, r = 0.1;
   const double expected = (a + std::sqrt(a * a + c * c * q / r)) / c;
@@ -184,7 +186,7 @@ TEST(ObserverGain, KalmanGainSolvesTheRiccatiEquation) {
   const double q = 0.3, r = 0.2;
   const MatrixXd gain = kalman_gain(a, c, q, r);
   EXPECT_LT(real_parts(a - gain * c).back(), 0.0);
-  // G = P C^T / r determines P C^T only; check through the Lyapunov form (A - G C) P + P (A - G C)^T = -(q I + r G
+  // G = P C^T / r determines only P C^T, so the test uses the Lyapunov form (A - G C) P + P (A - G C)^T = -(q I + r G
   // G^T).
   const MatrixXd closed = a - gain * c;
   MatrixXd kronecker = MatrixXd::Zero(9, 9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sensors that may fail in training: what it rolls out is what flies, and one model lives without any of them.
+// Training with sensors that may fail: roll-outs equal flight, and one model works without any one of them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// x is the sum of two tones; one sensor has it exactly, the other has half of it.
+/// x is the sum of two tones; one sensor measures it exactly, the other half of it.
 Dataset two_sensors(unsigned seed, bool jittered = false) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -74,19 +74,19 @@ double error_of(const codegen::Model& model, Dataset data, bool without_good) {
   return testing::reference_rmse(model, data);
 }
 
-TEST(FailingSensors, OneModelLivesWithAndWithoutOne) {
+TEST(FailingSensors, OneModelWorksWithAndWithoutASensor) {
   const Dataset data = two_sensors(1), unseen = two_sensors(2);
   const codegen::Model ready =
       train(failing_experiment("may_fail = [\"good\"]\nstaleness_s = 0.3\n"), data, data, {}).model;
   EXPECT_EQ(ready.failures.outputs, std::vector<int>{0});
   EXPECT_NEAR(ready.failures.rest(0), 5.0, 0.1);
   EXPECT_LT(error_of(ready, unseen, false), 0.1);
-  EXPECT_LT(error_of(ready, unseen, true), 0.4) << "the poor sensor has all but .28 of it";
+  EXPECT_LT(error_of(ready, unseen, true), 0.4) << "the poor sensor measures all but .28 of it";
   const codegen::Model fragile = train(failing_experiment(""), data, data, {}).model;
-  EXPECT_GT(error_of(fragile, unseen, true), 2.0) << "control: one that was not made for it never starts";
+  EXPECT_GT(error_of(fragile, unseen, true), 2.0) << "control: a model without may_fail never starts";
 }
 
-TEST(FailingSensors, AnEmptyCellOfALogIsAnOutageAndOfOtherSensorsAHeldValue) {
+TEST(FailingSensors, AnEmptyCellIsAnOutageOrForOtherSensorsAHeldValue) {
   Dataset holey = two_sensors(3);
   for (Trajectory& run : holey.trajectories) {
     run.missing.setConstant(2, run.samples(), false);
@@ -113,8 +113,8 @@ TEST(FailingSensors, AnEmptyCellOfALogIsAnOutageAndOfOtherSensorsAHeldValue) {
   EXPECT_LT(group.readings[group.at(2, 59)], 1e-6F);  // control
 }
 
-/// Compares the first 200 samples of a run in flight with lane `r` of a roll-out: three readings and z. Steps of
-/// training are rounded to 1/16384 of a period.
+/// Compares the first 200 samples of a run in flight with lane `r` of a roll-out: three readings and z. Training rounds
+/// steps to 1/16384 of a period.
 void expect_flown_as_rolled_out(const SegmentGroup& group, std::size_t r, const codegen::Run& flown) {
   for (int k = 0; k < 200; ++k) {
     for (int j = 0; j < 3; ++j)
@@ -124,7 +124,7 @@ void expect_flown_as_rolled_out(const SegmentGroup& group, std::size_t r, const 
   }
 }
 
-TEST(FailingSensors, RollOutAsTheyFly) {
+TEST(FailingSensors, RollOutsEqualFlight) {
   for (const bool jittered : {false, true}) {
     const Dataset data = two_sensors(3, jittered);
     Experiment experiment = failing_experiment("may_fail = [\"good\"]\nstaleness_s = 0.3\n");
@@ -154,8 +154,8 @@ TEST(FailingSensors, RollOutAsTheyFly) {
   }
 }
 
-TEST(FailingSensors, ThatAreSlowRollOutAsTheyFly) {
-  constexpr int kEvery = 8;  // samples; late from the twelfth on
+TEST(FailingSensors, RollOutsOfSlowSensorsEqualFlight) {
+  constexpr int kEvery = 8;  // samples; it counts as missing from the twelfth on
   Dataset data = two_sensors(3);
   data.outputs[0].period_s = kEvery * data.sample_period_s;
   for (Trajectory& run : data.trajectories) {
@@ -176,7 +176,7 @@ TEST(FailingSensors, ThatAreSlowRollOutAsTheyFly) {
   dynamics->prepare(initial_dynamics(structure, experiment).data());
   std::vector<Segment> segments = whole_runs(training);
   for (Segment& segment : segments) segment.outages = {{20 + 5 * segment.run, 110}};
-  segments.push_back({.run = 0, .start = 5, .length = 100});  // begins between two samples
+  segments.push_back({.run = 0, .start = 5, .length = 100});  // begins between two samples of the slow sensor
   Rollout rollout(training);
   rollout.run(segments, *dynamics, {}, 1, Purpose::kValidationNoise, 0, pool);
 
@@ -193,10 +193,10 @@ TEST(FailingSensors, ThatAreSlowRollOutAsTheyFly) {
     expect_flown_as_rolled_out(group, r, flown);
     stalest = std::max(stalest, flown.y.row(2).head(200).maxCoeff());
   }
-  EXPECT_GT(stalest, 0.9) << "control: it is missing for long";
+  EXPECT_GT(stalest, 0.9) << "control: it is missing for a long time";
   for (int k = 0; k < 100; ++k) {
     ASSERT_NEAR(group.readings[group.at(0, k) + 6], data.trajectories[0].outputs(0, 5 + k), 1e-5) << k;
-    ASSERT_EQ(group.readings[group.at(2, k) + 6], 0.0F) << k << ": nothing is late";
+    ASSERT_EQ(group.readings[group.at(2, k) + 6], 0.0F) << k << ": no reading is missing";
   }
 }
 
@@ -220,7 +220,7 @@ TEST(FailingSensors, AreMissingInTheDeclaredShareOfTheSegments) {
   EXPECT_NEAR(static_cast<double>(throughout) / all, 0.2, 0.03);
 }
 
-TEST(FailingSensors, WithMirrorAnOddOneRestsAtZero) {
+TEST(FailingSensors, RestAtZeroIfTheyAreMirrored) {
   const Experiment experiment = failing_experiment("may_fail = [\"good\"]\n");
   const auto rest = [&](const Dataset& data) {
     return structure_of(experiment.observer).failures(experiment, data).rest(0);
@@ -233,13 +233,13 @@ std::string refusal(const std::string& observer) {
   return thrown_message([&] { parse_experiment(experiment_text(observer, ""), "f.toml"); });
 }
 
-TEST(FailingSensors, ImpossibleSettingsAreRefusedWithTheRemedy) {
+TEST(FailingSensors, RefusesImpossibleSettingsAndNamesTheRemedy) {
   using ::testing::HasSubstr;
   EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is not an output; there is: good, poor"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"good\"]\n"), HasSubstr("twice; remove one"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"poor\"]\n"), HasSubstr("leave one out"));
   EXPECT_NO_THROW(failing_experiment("may_fail = [\"good\", \"poor\"]\n", "dropout = 0.0\n"))
-      << "samples that get lost now and then";
+      << "control: samples that are lost now and then";
   EXPECT_THAT(refusal("staleness_s = 0.0\n"), HasSubstr("staleness_s"));
 }
 

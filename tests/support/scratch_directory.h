@@ -13,7 +13,7 @@
 
 namespace nlo {
 
-/// A new directory below the system's temporary one, removed at the end with what is in it.
+/// A new directory in the system's temporary directory, removed with its content at the end.
 class ScratchDirectory {
  public:
   ScratchDirectory() {
@@ -31,13 +31,13 @@ class ScratchDirectory {
   const std::string& path() const { return path_; }
   std::string path(const std::string& file) const { return path_ + "/" + file; }
 
-  /// Writes `text` into a file, whose folders it makes. Returns its path.
+  /// Writes `text` into a file and makes its folders. Returns its path.
   std::string write(const std::string& file, const std::string& text) const {
     std::filesystem::create_directories(std::filesystem::path(path(file)).parent_path());
     std::ofstream(path(file), std::ios::binary) << text;
     return path(file);
   }
-  /// The bytes of a file; none of one that is not there.
+  /// Returns the bytes of a file; empty if it does not exist.
   std::string read(const std::string& file) const {
     std::ifstream stream(path(file), std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};

@@ -37,13 +37,13 @@ std::vector<std::string> texts(const SweepPlan& plan) {
   return all;
 }
 
-TEST(SweepPlan, IsEveryCombinationOfTheGrid) {
+TEST(SweepPlan, HasEveryCombinationOfTheGrid) {
   EXPECT_THAT(texts(parse("[grid]\ntraining.steps = [1, 2]\ninverse_map.hidden = [[4], [8, 8]]\n")),
               ElementsAre("inverse_map.hidden=[4];training.steps=1;", "inverse_map.hidden=[8, 8];training.steps=1;",
                           "inverse_map.hidden=[4];training.steps=2;", "inverse_map.hidden=[8, 8];training.steps=2;"));
 }
 
-TEST(SweepPlan, TakesSectionsAndDottedKeysAlike) {
+TEST(SweepPlan, AcceptsSectionsAndDottedKeys) {
   EXPECT_EQ(texts(parse("[grid.training]\nsteps = [1, 2]\n")), texts(parse("[grid]\ntraining.steps = [1, 2]\n")));
   EXPECT_EQ(texts(parse("[grid]\n\"training.steps\" = [1, 2]\n")), texts(parse("[grid]\ntraining.steps = [1, 2]\n")));
 }
@@ -57,10 +57,10 @@ TEST(SweepPlan, AddsPointsBesideTheGrid) {
   const std::string points = "[[point]]\ntraining.steps = 7\nplant.parameters = { mu = 1.5 }\n[[point]]\n";
   EXPECT_THAT(texts(parse("[grid]\ntraining.steps = [1]\n" + points)),
               ElementsAre("training.steps=1;", "plant.parameters.mu=1.5;training.steps=7;", ""));
-  EXPECT_THAT(texts(parse(points)), SizeIs(2)) << "without a grid, the points alone";
+  EXPECT_THAT(texts(parse(points)), SizeIs(2)) << "without a grid, only the points";
 }
 
-TEST(SweepPlan, OfNothingIsTheExperimentAsItStands) {
+TEST(SweepPlan, WithoutKeysIsTheUnchangedExperiment) {
   EXPECT_THAT(texts(parse("seeds = [1, 2]\n")), ElementsAre(""));
 }
 
@@ -78,7 +78,7 @@ TEST(SweepPlan, WritesValuesThatReadBackTheSame) {
   }
 }
 
-TEST(SweepPlan, KnowsTheLineOfEachValue) {
+TEST(SweepPlan, ErrorsNameTheLineOfEachValue) {
   const SweepPlan plan = parse("[grid]\ntraining.steps = [\n  1,\n  2]\n");
   EXPECT_EQ(plan.points[0].front().place, "plan.toml:4");
   EXPECT_EQ(plan.points[1].front().place, "plan.toml:5");
@@ -134,7 +134,7 @@ TEST(SweepPlan, HasALimitOfJobs) {
   EXPECT_THAT(parse("[grid]\n" + axes).points, SizeIs(kMostSweepJobs));
   EXPECT_THAT(thrown_message([&] { parse("seeds = [1, 2]\n[grid]\n" + axes); }),
               HasSubstr("plan.toml: 20000 jobs (100 x 100, 2 seeds); 10000 are the most"));
-  std::string many = "[grid]\n";  // 100^20 points would not fit into any memory, nor their number into 64 bits
+  std::string many = "[grid]\n";  // 100^20 points: neither the points fit into memory nor their number into 64 bits
   for (int i = 0; i < 20; ++i) many += "k" + std::to_string(i) + " = [" + values + "]\n";
   EXPECT_THROW(parse(many), codegen::Error);
 }
@@ -161,7 +161,7 @@ std::string by_the_shell(const std::string& word) {
   return text;
 }
 
-TEST(SweepJobs, KeepTheirFoldersWhenThePlanGrows) {
+TEST(SweepJobs, KeepTheirFoldersIfThePlanIsExtended) {
   const auto before = names("seeds = [1, 2]\n[grid]\ninverse_map.hidden = [[8], [16, 16]]\ntraining.steps = [10]\n");
   const auto after = names(
       "seeds = [3, 2, 1]\n[grid]\ntraining.steps = [10, 20]\ninverse_map.hidden = [[16, 16], [4], [8]]\n"
@@ -171,12 +171,12 @@ TEST(SweepJobs, KeepTheirFoldersWhenThePlanGrows) {
   EXPECT_THAT(before, IsSubsetOf(after));
 }
 
-// Folders of yesterday are found by the program of tomorrow: this name must not change.
-TEST(SweepJobs, HaveNamesThatStayForever) {
+// Programs of a later version must find the folders of earlier sweeps, so this name must not change.
+TEST(SweepJobs, KeepTheirNamesInLaterVersions) {
   EXPECT_EQ(names("seeds = [1]\n[grid]\ninverse_map.hidden = [[16, 16]]\n").front(), "hidden-16-16_seed-1_a3a612fb86");
 }
 
-TEST(SweepJobs, HaveNamesOfTheirOwnThatAnyFileSystemTakes) {
+TEST(SweepJobs, HaveUniqueNamesThatAnyFileSystemAccepts) {
   const std::string text = "seeds = [1, 2]\n[grid]\nplant.model = [\"a/../b\", \"a..b\", \"a b\", \"-\", \"\", \"" +
                            std::string(300, 'x') + "\", \"" + std::string(301, 'x') + "\"]\nx = [-1, 1, [1], [[1]]]\n";
   const auto all = names(text);
@@ -189,32 +189,32 @@ TEST(SweepJobs, HaveNamesOfTheirOwnThatAnyFileSystemTakes) {
 
 TEST(SweepShards, HaveEveryJobOnce) {
   for (const std::size_t count : {1U, 2U, 3U, 7U, 20U}) {
-    std::vector<int> taken(17, 0);
+    std::vector<int> times(17, 0);
     for (std::size_t index = 0; index < count; ++index) {
       const Shard shard = parse_shard(std::to_string(index) + "/" + std::to_string(count));
       std::size_t own = 0;
-      for (std::size_t j = 0; j < taken.size(); ++j)
-        if (shard.has(j)) ++taken[j], ++own;
-      EXPECT_LE(own, taken.size() / count + 1) << "shards are of one size, to a job";
+      for (std::size_t j = 0; j < times.size(); ++j)
+        if (shard.has(j)) ++times[j], ++own;
+      EXPECT_LE(own, times.size() / count + 1) << "sizes of shards differ by one job at most";
     }
-    EXPECT_THAT(taken, testing::Each(1)) << count << " shards";
+    EXPECT_THAT(times, testing::Each(1)) << count << " shards";
   }
 }
 
-TEST(SweepShards, RefuseAnImpossiblePart) {
+TEST(SweepShards, RefuseAnInvalidShard) {
   for (const char* text :
        {"", "3", "4/4", "-1/4", "0/0", "1/", "/4", "1/4x", "a/b", "99999999999999999999/4", "0 /4"}) {
     EXPECT_THAT(thrown_message([&] { parse_shard(text); }), HasSubstr("--shard 0/4 for the first of four"));
   }
 }
 
-TEST(SweepLines, ReachTheProgramAsTheyAre) {
+TEST(SweepLines, ReachTheProgramUnchanged) {
   for (const std::string word : {"plain", "", "a b", "a'b", "$(false) `x` \"y\" \\ ; & | < > * ? ~ # !", "ü", "a\nb"})
     EXPECT_EQ(by_the_shell(shell_word(word)), word);
-  EXPECT_EQ(shell_word("training.steps=3"), "training.steps=3") << "no quotes where none are needed";
+  EXPECT_EQ(shell_word("training.steps=3"), "training.steps=3") << "quoted only if necessary";
 }
 
-TEST(SweepLines, AreTheWholeCommand) {
+TEST(SweepLines, AreCompleteCommands) {
   const SweepJob job = jobs("seeds = [5]\n[grid]\na.b = [\"it's\"]\n").front();
   EXPECT_EQ(job_line(job, {"x y.toml", "logs", "runs/p", 1}),
             "nlo train 'x y.toml' --data logs --set 'a.b=\"it'\\''s\"' --seed 5 --threads 1 -o runs/p/" + job.name +

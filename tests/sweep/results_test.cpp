@@ -37,10 +37,10 @@ TEST(SweepResults, AreMeansOverSeedsWithStandardErrors) {
   EXPECT_DOUBLE_EQ(*points[0].standard_error, std::sqrt((4.0 + 1.0 + 9.0) / 2.0 / 3.0));
   EXPECT_EQ(points[0].cost->multiply_adds, 12) << "the largest";
   EXPECT_EQ(points[0].cost->flash_bytes, 95);
-  EXPECT_FALSE(point_results(planned(""), {done(1, 1, 1)})[0].standard_error) << "one seed has no scatter";
+  EXPECT_FALSE(point_results(planned(""), {done(1, 1, 1)})[0].standard_error) << "one seed has no standard error";
 }
 
-TEST(SweepResults, HaveNoMeanOfSomeOfTheSeeds) {
+TEST(SweepResults, HaveNoMeanUntilAllSeedsAreFinished) {
   for (const JobStatus status : {JobStatus::kFailed, JobStatus::kUnfinished, JobStatus::kMissing, JobStatus::kOther}) {
     const auto points = point_results(planned("seeds = [1, 2]\n"), {done(1, 10, 10), {.status = status}});
     EXPECT_FALSE(points[0].error);
@@ -50,7 +50,7 @@ TEST(SweepResults, HaveNoMeanOfSomeOfTheSeeds) {
   }
 }
 
-TEST(SweepResults, AreOnTheFrontUnlessAnotherIsAsGoodForLess) {
+TEST(SweepResults, AreOnTheFrontUnlessAnotherIsAsAccurateAtALowerCost) {
   const auto points = point_results(
       planned("[grid]\na = [1, 2, 3, 4, 5]\n"),
       {done(1.0, 100, 100), done(2.0, 50, 400), done(2.0, 60, 50), done(3.0, 70, 60), done(1.0, 100, 200)});
@@ -59,11 +59,11 @@ TEST(SweepResults, AreOnTheFrontUnlessAnotherIsAsGoodForLess) {
     multiply_adds.push_back(point.best_for_multiply_adds);
     flash.push_back(point.best_for_flash);
   }
-  EXPECT_EQ(multiply_adds, (std::vector{true, true, false, false, true})) << "equals are both there";
+  EXPECT_EQ(multiply_adds, (std::vector{true, true, false, false, true})) << "equal points are both on the front";
   EXPECT_EQ(flash, (std::vector{true, false, true, false, false}));
 }
 
-TEST(SweepResults, AreARowForEachJob) {
+TEST(SweepResults, HaveARowForEachJob) {
   const auto all = planned("[grid]\ninverse_map.hidden = [[8], [16, 16]]\n[[point]]\nplant.model = \"a,\\\"b\\\"\"\n");
   const std::string csv =
       sweep_csv(all, {done(0.25, 10, 20), {.status = JobStatus::kFailed, .message = "diverged"}, {}});
@@ -82,7 +82,7 @@ TEST(SweepResults, NameFailedAndMissingJobs) {
   EXPECT_THAT(text, HasSubstr(all[1].name + ": diverged"));
 }
 
-TEST(SweepResults, HaveAThirdFrontWhereTimeWasMeasured) {
+TEST(SweepResults, HaveAThirdFrontIfTimeWasMeasured) {
   const auto all = planned("[grid]\na = [1, 2]\n");
   std::vector<JobResult> results = {done(1.0, 10, 100), done(2.0, 5, 50)};
   EXPECT_EQ(pareto_figure(point_results(all, results)).panels.size(), 2U);
@@ -90,7 +90,7 @@ TEST(SweepResults, HaveAThirdFrontWhereTimeWasMeasured) {
   results[1].cost->ns = 41.5;
   const auto points = point_results(all, results);
   EXPECT_TRUE(points[0].best_for_ns);
-  EXPECT_FALSE(points[1].best_for_ns) << "worse, and slower by cache or width";
+  EXPECT_FALSE(points[1].best_for_ns) << "less accurate and slower";
   EXPECT_EQ(pareto_figure(points).panels.size(), 3U);
   EXPECT_THAT(sweep_csv(all, results), HasSubstr(",5,50,41.5\n"));
 }
@@ -104,7 +104,8 @@ TEST(ParetoFigure, StepsDownAtEachPointOfTheFront) {
   EXPECT_EQ(front.x, (Eigen::VectorXd(3) << 50, 100, 100).finished());
   EXPECT_EQ(front.y, (Eigen::VectorXd(3) << 2, 2, 1).finished());
   EXPECT_EQ(figure.panels[0].series[1].x.size(), 1) << "dominated";
-  EXPECT_EQ(figure.panels[0].series[3].labels, std::vector<std::string>{points[1].title}) << "cheap: to the right";
+  EXPECT_EQ(figure.panels[0].series[3].labels, std::vector<std::string>{points[1].title})
+      << "label to the right of a cheap point";
   EXPECT_EQ(figure.panels[0].series[4].labels, std::vector<std::string>{points[0].title});
   const Drawing drawing = draw({figure});
   if (!drawing.failure.empty()) GTEST_SKIP() << drawing.failure;
@@ -112,7 +113,7 @@ TEST(ParetoFigure, StepsDownAtEachPointOfTheFront) {
   EXPECT_THAT(drawing.svgs.front(), HasSubstr(">" + points[0].title + "<"));
 }
 
-/// Three candidates; the second was given up, the third is at the last rung beside the first.
+/// Three candidates: the second was given up; the third reached the last rung together with the first.
 SearchRecord record(std::optional<double> by_hand, std::optional<double> other) {
   SearchRecord result;
   result.identity = 0xfedcba9876543210ULL;
@@ -126,7 +127,7 @@ SearchRecord record(std::optional<double> by_hand, std::optional<double> other) 
   return result;
 }
 
-TEST(SearchRecord, ComesBackFromItsFile) {
+TEST(SearchRecord, ReadsBackFromItsFile) {
   const SearchRecord written = record(0.3, std::nullopt);
   const SearchRecord found = search_record_from_json(to_json(written), "auto.json");
   EXPECT_EQ(to_json(found), to_json(written));
@@ -156,42 +157,40 @@ TEST(SearchRecord, RefusesImpossibleSettings) {
     EXPECT_THAT(error_of(bad), AllOf(StartsWith("runs/auto.json: is not a record"), HasSubstr("remove it"))) << bad;
 }
 
-// Within 2 % a seed may change the order, and what a person wrote stays.
-TEST(SearchRecord, ChoosesTheLeastErrorOfTheLastRung) {
+// Differences within 2 % may be due to the seed, so the experiment of the user is kept.
+TEST(SearchRecord, ChoosesTheSmallestErrorOfTheLastRung) {
   EXPECT_EQ(record(0.300, 0.200).chosen().candidate, 2U);
   EXPECT_EQ(record(0.300, 0.295).chosen().candidate, 0U);
   EXPECT_EQ(record(0.300, 0.293).chosen().candidate, 2U);
   EXPECT_EQ(record(0.300, 0.400).chosen().candidate, 0U);
-  EXPECT_EQ(record(std::nullopt, 0.400).chosen().candidate, 2U) << "the other diverged";
+  EXPECT_EQ(record(std::nullopt, 0.400).chosen().candidate, 2U) << "the other candidate diverged";
   EXPECT_THROW((void)record(std::nullopt, std::nullopt).chosen(), codegen::Error);
   SearchRecord without = record(0.300, 0.299);
   without.by_hand_s = 0.0;
-  EXPECT_EQ(without.chosen().candidate, 2U) << "candidate 0 is no more than a draw here";
+  EXPECT_EQ(without.chosen().candidate, 2U) << "candidate 0 is not preferred here";
 }
 
-TEST(SearchText, TellsTheWinnerAndItsAlternatives) {
+TEST(SearchText, NamesTheWinnerAndItsAlternatives) {
   SearchStory story{"nlo train x --auto", "x", "", record(0.3, 0.2)};
   const std::string text = search_text(story);
   EXPECT_THAT(text,
-              AllOf(HasSubstr("Found, out of 3 candidates: units=16. Its error is 0.200. Beside it x as it stands has "
-                              "0.300."),
+              AllOf(HasSubstr("Found, out of 3 candidates: units=16. Its error is 0.200. The unchanged x has 0.300."),
                     HasSubstr("diverged"), Not(HasSubstr("more than half of the time"))));
-  EXPECT_LT(text.find("units=16"), text.find("units=8")) << "who came farther is higher";
+  EXPECT_LT(text.find("units=16"), text.find("units=8")) << "candidates that reached a later rung are listed first";
   story.record.by_hand_s = 80.0;
   EXPECT_THAT(search_text(story), HasSubstr("takes 80 s to train, more than half of the time"));
   story.record.by_hand_s = 0.0;
-  EXPECT_THAT(search_text(story), HasSubstr("costs more than was allowed"));
+  EXPECT_THAT(search_text(story), HasSubstr("exceeds the budget"));
   story.held_out = "a.csv, b.csv";
   EXPECT_THAT(search_text(story),
-              HasSubstr("took these from training to choose by, and what it found is trained on all: "
-                        "a.csv, b.csv"));
+              HasSubstr("the search chose by the training logs a.csv, b.csv, which its trainings left out"));
   story.record = record(0.3, 0.4);
   EXPECT_THAT(search_text(story), HasSubstr("x stays as it is: none of 3 candidates was better by more than 2 %"));
 }
 
 TEST(SearchPage, ShowsEveryCandidate) {
   const std::string page = search_page({"nlo train <x> --auto", "x", "", record(0.3, 0.2)}, "no-gnuplot-here");
-  EXPECT_THAT(page, AllOf(HasSubstr("units=8"), HasSubstr("units=16"), HasSubstr("as it stands"),
+  EXPECT_THAT(page, AllOf(HasSubstr("units=8"), HasSubstr("units=16"), HasSubstr("unchanged"),
                           HasSubstr("nlo train &lt;x&gt; --auto")));
 }
 

@@ -44,14 +44,14 @@ TEST(Draws, RoundToThreeDigitsAsAPersonWrites) {
   EXPECT_EQ(rounded(2.9999e5), 3e5);
 }
 
-TEST(Draws, TakeEachOfTheirValuesAboutAsOften) {
+TEST(Draws, ChooseEachValueEquallyOften) {
   Draws draws(7);
   std::vector<int> counts(5);
   for (int i = 0; i < 5000; ++i) ++counts[draws.below(5)];
   for (const int count : counts) EXPECT_NEAR(count, 1000, 140) << "five standard deviations of a fair draw";
 }
 
-TEST(Draws, KeepWidthsInEightsAndLayersFew) {
+TEST(Draws, GiveWidthsInMultiplesOfEightAndFourLayersAtMost) {
   Draws draws(3);
   std::vector<int> hidden = {24, 24};
   std::set<std::size_t> layers;
@@ -64,10 +64,10 @@ TEST(Draws, KeepWidthsInEightsAndLayersFew) {
       EXPECT_LE(width, 1024);
     }
   }
-  EXPECT_THAT(layers, testing::ElementsAre(1U, 2U, 3U, 4U)) << "control: layers come and go";
+  EXPECT_THAT(layers, testing::ElementsAre(1U, 2U, 3U, 4U)) << "control: layers are added and removed";
 }
 
-TEST(Search, BeginsWithTheExperimentAsItStands) {
+TEST(Search, BeginsWithTheUnchangedExperiment) {
   const Experiment base = shipped("van_der_pol");
   const auto first = drawn_experiment(base, 0.02, 0);
   ASSERT_TRUE(first);
@@ -75,7 +75,7 @@ TEST(Search, BeginsWithTheExperimentAsItStands) {
   EXPECT_EQ(difference(base, *first).full, "");
 }
 
-TEST(Search, DrawsTheSameAgain) {
+TEST(Search, IsReproducible) {
   const Experiment base = shipped("van_der_pol");
   for (std::uint64_t index = 1; index < 20; ++index) {
     const auto one = drawn_experiment(base, 0.02, index), other = drawn_experiment(base, 0.02, index);
@@ -87,7 +87,7 @@ TEST(Search, DrawsTheSameAgain) {
 }
 
 // A search must not change the plant, the data, the noise or the loss.
-TEST(Search, LeavesTheTaskAsItIs) {
+TEST(Search, KeepsPlantDataNoiseAndLoss) {
   for (const char* name : {"van_der_pol", "van_der_pol_gated", "qube", "battery", "car", "van_der_pol_general"}) {
     const Experiment base = shipped(name);
     int drawn = 0;
@@ -104,18 +104,18 @@ TEST(Search, LeavesTheTaskAsItIs) {
         EXPECT_EQ(other->log->train_files, base.log->train_files);
       }
     }
-    EXPECT_GT(drawn, 10) << name << ": control: draws can be trained, if not all of them where an output is an angle";
+    EXPECT_GT(drawn, 10) << name << ": control: most draws can be trained; with an angle as output, not all";
   }
 }
 
-TEST(Search, TriesOtherStructuresWhereOneIsAsGoodAsAnother) {
+TEST(Search, TriesOtherStructuresThatFitThePlant) {
   EXPECT_THAT(structures_of(shipped("van_der_pol"), 60), testing::UnorderedElementsAre("kkl", "gated", "prior"));
   EXPECT_THAT(structures_of(shipped("van_der_pol_gated"), 60), testing::UnorderedElementsAre("kkl", "gated", "prior"));
   EXPECT_THAT(structures_of(shipped("qube"), 60), Contains("kkl"));
 }
 
-// Matrices of a plant, or an input field, are what only a user can say.
-TEST(Search, KeepsAStructureThatWasChosenForItsPlant) {
+// Matrices of a plant, and an input field, can only come from the user.
+TEST(Search, KeepsAStructureThatNeedsKnowledgeOfThePlant) {
   const std::string paper = NLO_SOURCE_DIR "/trainer/experiments/paper/";
   EXPECT_THAT(structures_of(read_experiment(paper + "example1.toml"), 60), testing::ElementsAre("luenberger"));
   EXPECT_THAT(structures_of(read_experiment(paper + "reverse_duffing_driven.toml"), 60),
@@ -132,7 +132,7 @@ TEST(Search, VariesTimeScalesWidthsAndRates) {
                          HasSubstr("training.eigenvalue_learning_rate"), HasSubstr("observer.units = ")));
 }
 
-TEST(Search, NamesTheDifferences) {
+TEST(Search, NamesTheDifferencesOfACandidate) {
   const Experiment base = shipped("van_der_pol");
   Experiment other = base;
   other.inverse_map.hidden = {16};
@@ -152,15 +152,15 @@ TEST(Search, ValidatesShortTrainingsTwentyTimes) {
   const int every = shipped("van_der_pol").training.validate_every;
   experiment = shipped("van_der_pol");
   set_steps(experiment, 1000 * every);
-  EXPECT_EQ(experiment.training.validate_every, every) << "as often as asked for where that is more often";
+  EXPECT_EQ(experiment.training.validate_every, every) << "a shorter validation interval is kept";
   set_steps(experiment, 1);
   EXPECT_EQ(experiment.training.validate_every, 1);
 }
 
-TEST(Halving, SpendsTheTimeAndOneTrainingMore) {
+TEST(Halving, SpendsTheGivenTime) {
   for (const std::size_t candidates : {1U, 2U, 4U, 7U, 16U, 64U}) {
     const std::vector<Rung> rungs = halving_rungs(candidates, 300.0);
-    double seconds = rungs.back().seconds;  // time of the winner
+    double seconds = rungs.back().seconds;  // training time of the winner
     for (const Rung& rung : rungs) seconds += static_cast<double>(rung.candidates) * rung.seconds;
     EXPECT_NEAR(seconds, 300.0, 1e-9);
     EXPECT_EQ(rungs.front().candidates, candidates);
@@ -174,15 +174,15 @@ TEST(Halving, SpendsTheTimeAndOneTrainingMore) {
   }
 }
 
-TEST(Halving, KeepsAQuarter) {
+TEST(Halving, KeepsTheBestQuarterOfARung) {
   std::vector<std::size_t> sizes;
   for (const Rung& rung : halving_rungs(64, 1.0)) sizes.push_back(rung.candidates);
   EXPECT_THAT(sizes, ElementsAre(64, 16, 4, 2));
 }
 
-TEST(Halving, TakesMoreCandidatesForMoreTime) {
-  EXPECT_EQ(candidates_for(0.1, 0.0), 4U) << "so few at least";
-  EXPECT_EQ(candidates_for(1e6, 0.0), 64U) << "so many at most";
+TEST(Halving, TriesMoreCandidatesInMoreTime) {
+  EXPECT_EQ(candidates_for(0.1, 0.0), 4U) << "minimum";
+  EXPECT_EQ(candidates_for(1e6, 0.0), 64U) << "maximum";
   std::size_t before = 0;
   for (const double seconds : {10.0, 30.0, 100.0, 300.0}) {
     const std::size_t candidates = candidates_for(seconds, 0.0);
@@ -195,10 +195,11 @@ TEST(Halving, TakesMoreCandidatesForMoreTime) {
     }
     before = candidates;
   }
-  EXPECT_GE(halving_rungs(candidates_for(600.0, 5.0), 600.0).front().seconds, 15.0) << "setting up is not most of it";
+  EXPECT_GE(halving_rungs(candidates_for(600.0, 5.0), 600.0).front().seconds, 15.0)
+      << "most of the time is training, not setting up";
 }
 
-TEST(Halving, NamesTheMinutesThatSufficeForSoManySteps) {
+TEST(Halving, ComputesTheMinutesForANumberOfSteps) {
   for (const TrainingPace pace : {TrainingPace{0.0, 100.0}, TrainingPace{20.0, 100.0}, TrainingPace{1.0, 3.0}}) {
     const double steps = 3000.0, minutes = minutes_for(pace, steps);
     const auto steps_of = [&](double m) {
@@ -206,15 +207,15 @@ TEST(Halving, NamesTheMinutesThatSufficeForSoManySteps) {
       return steps_within(pace, halving_rungs(candidates_for(seconds, pace.setup_s), seconds).back().seconds);
     };
     EXPECT_GE(steps_of(minutes), steps);
-    EXPECT_LT(steps_of(0.8 * minutes), steps) << "and hardly more than that: " << minutes;
+    EXPECT_LT(steps_of(0.8 * minutes), steps) << "the smallest such time: " << minutes;
   }
   EXPECT_EQ(steps_within({5.0, 10.0}, 20.0), 150.0);
-  EXPECT_EQ(steps_within({19.0, 10.0}, 20.0), 50.0) << "a quarter of the time at least";
+  EXPECT_EQ(steps_within({19.0, 10.0}, 20.0), 50.0) << "a quarter of the time is always left for training";
 }
 
-TEST(Halving, TakesTheLeastErrorsInOrder) {
+TEST(Halving, RanksCandidatesByTheirError) {
   EXPECT_THAT(best_of({3.0, std::nullopt, 1.0, 2.0, 1.0}, 3), ElementsAre(2, 4, 3));
-  EXPECT_THAT(best_of({std::nullopt, 5.0}, 2), ElementsAre(1)) << "what diverged never goes on";
+  EXPECT_THAT(best_of({std::nullopt, 5.0}, 2), ElementsAre(1)) << "a diverged candidate is never continued";
   EXPECT_THAT(best_of({std::nullopt}, 1), IsEmpty());
 }
 

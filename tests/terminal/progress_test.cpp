@@ -21,7 +21,7 @@ TrainProgress halfway() {
   return {500, 1000, 0.03142, 0.1842, {{-0.26, 0.92}, {-1.25, 0.0}, {-7.0, 0.0}}, 83.4, 6.0, 6.0};
 }
 
-/// Everything written to a stream that is no terminal, by whatever `use` does with a display on it.
+/// Returns the text that `use` makes a display write to a stream that is not a terminal.
 template <class Use>
 std::string written(ProgressDisplay::Mode mode, Use use) {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
@@ -51,7 +51,7 @@ TEST(Progress, LineNeverExceedsTheTerminal) {
       EXPECT_LE(display_width(progress_bar_line(halfway(), columns, utf8)), columns);
 }
 
-TEST(Progress, RoomRunsOutForEigenvaluesFirst) {
+TEST(Progress, NarrowLineDropsEigenvaluesFirst) {
   EXPECT_THAT(progress_bar_line(halfway(), 80, true), Not(HasSubstr("λ")));
   EXPECT_THAT(progress_bar_line(halfway(), 80, true), HasSubstr("steps/s"));
   EXPECT_THAT(progress_bar_line(halfway(), 60, true), HasSubstr("6 s left"));
@@ -72,7 +72,7 @@ TEST(Progress, BarIsEmptyAtTheStartAndFullAtTheEnd) {
   EXPECT_THAT(progress_bar_line(progress, 140, false), HasSubstr("[" + std::string(30, '#') + "]"));
 }
 
-TEST(Progress, UnknownNumbersAreAQuestionMarkAndNeverNan) {
+TEST(Progress, ShowsUnknownNumbersAsAQuestionMarkAndNeverAsNan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const TrainProgress unknown{0, 0, nan, nan, {}, nan, nan, nan};
   for (const std::string& line : {progress_bar_line(unknown, 100, true), progress_log_line(unknown, true)}) {
@@ -94,8 +94,8 @@ TEST(Progress, DurationsReadLikeAClock) {
   EXPECT_EQ(duration_text(-1.0), "?");
 }
 
-TEST(Progress, LogIsSparseAndWhole) {
-  // 10,000 fast steps: the first, one per tenth, the last.
+TEST(Progress, LogHasOneLineForEachTenthAndBothEnds) {
+  // 10,000 fast steps: the log has the first step, one step per tenth, and the last.
   const std::string text = written(ProgressDisplay::Mode::kLog, [](ProgressDisplay& display) {
     TrainProgress progress = halfway();
     progress.steps = 10'000;
@@ -107,18 +107,18 @@ TEST(Progress, LogIsSparseAndWhole) {
   EXPECT_THAT(text, HasSubstr("step 10000 of 10000"));
 }
 
-TEST(Progress, TerminalKeepsToOneLineAndEndsIt) {
+TEST(Progress, RedrawsOneLineOfATerminalAndEndsIt) {
   const std::string text = written(ProgressDisplay::Mode::kTerminal, [](ProgressDisplay& display) {
     TrainProgress progress = halfway();
     for (progress.step = 1; progress.step < progress.steps; ++progress.step) display.update(progress);
   });
   EXPECT_EQ(count(text, '\n'), 1);
   EXPECT_EQ(text.back(), '\n');
-  EXPECT_LT(count(text, '\r'), 100);          // redrawn by the clock, not by the step
-  EXPECT_THAT(text, HasSubstr(" 999/1000"));  // the state at the end, even when the run was cut short
+  EXPECT_LT(count(text, '\r'), 100);          // redrawn at fixed times, not at every step
+  EXPECT_THAT(text, HasSubstr(" 999/1000"));  // the last state, even if the run was interrupted
 }
 
-TEST(Progress, FileGetsALogWithoutAsking) {
+TEST(Progress, WritesALogIfTheStreamIsAFile) {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
   {
     ProgressDisplay display(file.get());

@@ -34,7 +34,7 @@ TrainingState some_state() {
   return state;
 }
 
-/// Not atomically: these files are for one reader, and an fsync for each of a thousand takes seconds.
+/// Not atomic: only this test reads these files, and an fsync for each of a thousand would take seconds.
 void overwrite(const std::string& path, const std::string& content) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
 }
@@ -82,7 +82,7 @@ TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
   }
 }
 
-TEST(Checkpoint, RefusesEveryTruncationAndOtherFiles) {
+TEST(Checkpoint, RefusesTruncatedAndOtherFiles) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
@@ -98,7 +98,7 @@ TEST(Checkpoint, RefusesEveryTruncationAndOtherFiles) {
   EXPECT_THROW((void)read_checkpoint(directory.path("absent.bin"), kOwner), codegen::Error);
 }
 
-TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
+TEST(Checkpoint, RefusesTheCheckpointOfAnotherExperiment) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
@@ -107,8 +107,8 @@ TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
   EXPECT_THAT(message_of(path, other), HasSubstr("another experiment"));
 }
 
-/// write_checkpoint() makes the checksum right whatever the state: what follows are forgeries.
-TEST(Checkpoint, RefusesEverySizeThatIsNotTheExperimentsWhereTheChecksumIsRight) {
+/// write_checkpoint() computes the checksum of any state, so the following states are forged checkpoints.
+TEST(Checkpoint, RefusesWrongSizesWithAValidChecksum) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   using Forge = void (*)(TrainingState&);
@@ -132,7 +132,7 @@ TEST(Checkpoint, RefusesEverySizeThatIsNotTheExperimentsWhereTheChecksumIsRight)
   }
 }
 
-TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) {
+TEST(Checkpoint, RefusesImpossibleNumbersWithAValidChecksum) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
@@ -166,7 +166,7 @@ TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) 
   EXPECT_THAT(message_of(path), HasSubstr("1000000000000000000 steps are done and training.steps asks for 100"));
 }
 
-TEST(Checkpoint, OfATrainingThatDivergedIsReadForItsBest) {
+TEST(Checkpoint, OfADivergedTrainingHasItsBestModel) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   TrainingState state = some_state();
@@ -179,10 +179,11 @@ TEST(Fingerprint, IsFnv1a) {
   EXPECT_EQ(fingerprint("", 0), 0xcbf29ce484222325ULL);
   EXPECT_EQ(fingerprint("a", 1), 0xaf63dc4c8601ec8cULL);
   EXPECT_EQ(fingerprint("foobar", 6), 0x85944171f73967e8ULL);
-  EXPECT_EQ(fingerprint("bar", 3, fingerprint("foo", 3)), fingerprint("foobar", 6)) << "goes on from its start";
+  EXPECT_EQ(fingerprint("bar", 3, fingerprint("foo", 3)), fingerprint("foobar", 6))
+      << "continues from a given fingerprint";
 }
 
-TEST(MetricsCsv, HasAHeadingAndACellForEachEigenvaluesParts) {
+TEST(MetricsCsv, HasAColumnForEachPartOfAnEigenvalue) {
   const std::vector<MetricsRow> rows = {{7, 0.5, 1.25, 2.5, 3.0, 0.001, {-1.0, 2.0, -3.0}}};
   EXPECT_EQ(metrics_csv(rows, 1),
             "step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,lambda_2_re,"

@@ -24,8 +24,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// y moves a little about a level of its log's own, and "grip" is 1 or -1 from log to log in turn: the level tells it
-/// on these logs, and nothing tells it on another.
+/// y varies slightly about a level that differs between logs, and "grip" is 1 or -1, alternating from log to log. The
+/// level determines grip on these logs, but on no other log.
 Dataset logs_with_a_level_each(int logs, unsigned seed) {
   Dataset data = testing::harmonics(std::vector<int>(static_cast<std::size_t>(logs), 80), false, seed);
   data.states = {{"position", "m", 0.0}, {"grip", "", 0.0}};
@@ -57,18 +57,18 @@ Experiment experiment_of_logs(int folds) {
   return experiment;
 }
 
-TEST(StateSquares, ABlendOfTwoIndependentErrorsHasHalfTheirVariance) {
+TEST(StateSquares, BlendOfTwoIndependentErrorsHasHalfTheirVariance) {
   StateSquares squares;
   squares.map = 1.0;
   squares.row = {1.0, 1.0, 4.0};
-  squares.both = {0.0, -1.0, 2.0};  // independent; opposite; the row's is twice that of T*
+  squares.both = {0.0, -1.0, 2.0};  // independent; opposite; the row's error is twice that of T*
   EXPECT_DOUBLE_EQ(squares.blend(0, 0.5), 0.5);
   EXPECT_DOUBLE_EQ(squares.blend(1, 0.5), 0.0);
   EXPECT_DOUBLE_EQ(squares.blend(2, 1.0), squares.map);
   EXPECT_DOUBLE_EQ(squares.blend(2, 0.0), squares.row[2]);
 }
 
-TEST(Fallback, IsWrittenBesideTheNetworkAndLeavesOtherStatesAlone) {
+TEST(Fallback, IsWrittenBesideTheNetworkWithoutChangingOtherStates) {
   codegen::Model model;
   model.structure = codegen::Kkl{};
   model.initial_latent = Eigen::VectorXd::Zero(1);
@@ -132,7 +132,7 @@ TEST(Fallback, IsChosenIfErrorsOnLeftOutLogsAreFivePercentSmaller) {
   EXPECT_EQ(alike.readout[0].reach, 0.0);
   experiment.inverse_map.fallback = false;
   EXPECT_TRUE(codegen::inverse_map(trained(0.5).model)->fallback.outputs.empty())
-      << "only if the experiment asks for it";
+      << "only if the experiment sets fallback";
 }
 
 /// Each log has a level of its own, and "grip" is the level, plus a ripple at levels within 1: a network knows the
@@ -148,7 +148,7 @@ Dataset logs_with_ripple(const std::vector<double>& levels) {
   return data;
 }
 
-TEST(Fallback, IsTakenIfTheNetworkIsWrongOutsideItsLogsAndNotIfItIsRightEverywhere) {
+TEST(Fallback, IsChosenOnlyIfTheNetworkIsWrongOutsideItsLogs) {
   std::vector<double> levels;
   for (int i = -19; i <= 19; ++i) levels.push_back(0.05 * i);
   const Dataset training = logs_with_ripple(levels);
@@ -173,7 +173,7 @@ TEST(Fallback, IsTakenIfTheNetworkIsWrongOutsideItsLogsAndNotIfItIsRightEverywhe
       << "the choice is in the model";
 }
 
-TEST(Folds, EachLogIsLeftOutOnceAndNeighboursPart) {
+TEST(Folds, EachLogIsLeftOutOnceAndNeighboursAreInDifferentFolds) {
   const Dataset training = logs_with_a_level_each(5, 1);
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment_of_logs(2), training);
   ASSERT_EQ(folds.size(), 2U);
@@ -187,7 +187,7 @@ TEST(Folds, EachLogIsLeftOutOnceAndNeighboursPart) {
     EXPECT_EQ(kept.size() + out.size(), 5U);
     for (const std::string& log : out) EXPECT_EQ(kept.count(log), 0U) << log;
   }
-  EXPECT_EQ(folds_of_logs(experiment_of_logs(50), training).size(), 5U) << "as many as there are logs at most";
+  EXPECT_EQ(folds_of_logs(experiment_of_logs(50), training).size(), 5U) << "at most one fold per log";
 }
 
 /// The logs of logs_with_a_level_each() with other names.
@@ -200,13 +200,13 @@ Dataset logs_named(const std::vector<std::string>& names) {
 TEST(LogKind, IsTheNameWithoutItsCounter) {
   EXPECT_EQ(log_kind("rubber_07.csv"), "rubber");
   EXPECT_EQ(log_kind("01_fast_A.csv"), "fast_A");
-  EXPECT_EQ(log_kind("0degC_Mixed2.csv"), "0degC_Mixed") << "0 is no counter here";
+  EXPECT_EQ(log_kind("0degC_Mixed2.csv"), "0degC_Mixed") << "a leading 0 is not a counter";
   EXPECT_EQ(log_kind("17.csv"), "");
   EXPECT_EQ(log_kind("2026-11-20_2.csv"), "11-20");
   EXPECT_EQ(log_kind("chirp"), "chirp");
 }
 
-TEST(Folds, ASmallKindIsLeftOutWholeAndOfTheLargestEachFoldHasAPart) {
+TEST(Folds, ASmallKindIsLeftOutWholeAndTheLargestIsSpreadOverFolds) {
   const Dataset logs = logs_named({"free_1", "rubber_1", "rubber_2", "rubber_3", "rubber_4", "ice_1", "ice_2"});
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment_of_logs(3), logs);
   ASSERT_EQ(folds.size(), 3U);
@@ -216,14 +216,15 @@ TEST(Folds, ASmallKindIsLeftOutWholeAndOfTheLargestEachFoldHasAPart) {
   EXPECT_EQ(folds[1].left_out.front().kind, "ice");
 }
 
-TEST(LeftOut, EachKindCountsOnceHoweverManyLogsItHas) {
-  // On eight logs a line of y tells the grip. On the third and the eighth this line is far off, and the mean is better.
+TEST(LeftOut, EachKindHasTheSameWeightForAnyNumberOfLogs) {
+  // On eight logs a linear function of y estimates the grip. On the third and the eighth log it is far off, and the
+  // mean is better.
   const auto result_of = [](const std::string& third, const std::string& eighth) {
     Dataset logs = logs_named({"rubber_0", "rubber_1", third, "rubber_3", "rubber_4", "rubber_5", "rubber_6", eighth,
                                "rubber_8", "rubber_9"});
     for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
       Trajectory& run = logs.trajectories[i];
-      run.outputs = run.outputs.array() - 13.5;  // from -13.5 to 13.5
+      run.outputs = run.outputs.array() - 13.5;  // levels from -13.5 to 13.5
       run.states.row(0) = run.outputs.row(0);
       run.states.row(1) = 0.1 * run.outputs.row(0);
       if (i == 2 || i == 7) run.states.row(1).setConstant(0.1);
@@ -233,22 +234,23 @@ TEST(LeftOut, EachKindCountsOnceHoweverManyLogsItHas) {
     return train_with_folds(experiment, logs, logs, {}).readout.at(1);
   };
   const StateReadout by_kinds = result_of("ice_2", "sand_7"), by_logs = result_of("rubber_2", "rubber_7");
-  EXPECT_EQ(by_kinds.linear, by_kinds.constant) << "of three kinds two prefer the mean to the line";
-  EXPECT_LT(by_logs.linear, 0.9 * by_logs.constant) << "control: of ten logs eight prefer the line";
+  EXPECT_EQ(by_kinds.linear, by_kinds.constant) << "for two of three kinds the mean is better";
+  EXPECT_LT(by_logs.linear, 0.9 * by_logs.constant) << "control: for eight of ten logs the linear function is better";
 }
 
 TEST(Folds, LogsOfOneGroupAreLeftOutTogether) {
   Experiment experiment = experiment_of_logs(4);
   experiment.validation.groups = "^day_([0-3])?";
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs_with_a_level_each(6, 1));
-  ASSERT_EQ(folds.size(), 4U);  // 0, 1, 2, 3 and the rest: five groups
-  EXPECT_EQ(folds[3].left_out.front().logs.trajectories.size(), 2U) << "day_4 and day_5 have the same text, none";
+  ASSERT_EQ(folds.size(), 4U);  // logs 0, 1, 2, 3 and the others: five groups
+  EXPECT_EQ(folds[3].left_out.front().logs.trajectories.size(), 2U)
+      << "the pattern finds the same text, none, in day_4 and day_5";
   experiment.validation.groups = "^night";
   EXPECT_THAT([&] { folds_of_logs(experiment, logs_with_a_level_each(3, 1)); },
               ::testing::ThrowsMessage<codegen::Error>(HasSubstr("[validation] groups ^night: finds nothing in")));
 }
 
-TEST(Folds, NothingIsLeftOutWhereNothingIsChosen) {
+TEST(Folds, NoLogIsLeftOutIfThereIsNothingToChoose) {
   const Dataset training = logs_with_a_level_each(4, 1);
   EXPECT_TRUE(folds_of_logs(experiment_of_logs(0), training).empty());
   Experiment network = experiment_of_logs(4);
@@ -257,22 +259,22 @@ TEST(Folds, NothingIsLeftOutWhereNothingIsChosen) {
   EXPECT_TRUE(folds_of_logs(experiment_of_logs(4), logs_with_a_level_each(2, 1)).empty());
 }
 
-TEST(LeftOut, ANetworkThatKnowsItsLogsByHeartDoesNotShip) {
+TEST(LeftOut, AnOverfittedNetworkIsNotShipped) {
   const Dataset training = logs_with_a_level_each(6, 1);
   const TrainingResult by_its_own = train_with_folds(experiment_of_logs(0), training, training, {});
   const TrainingResult by_groups = train_with_folds(experiment_of_logs(3), training, training, {});
   ASSERT_EQ(by_groups.readout.size(), 2U);
-  EXPECT_GT(by_its_own.readout[1].share, 0.8) << "control: on its own logs the network is right";
+  EXPECT_GT(by_its_own.readout[1].share, 0.8) << "control: on its own logs the network is accurate";
   EXPECT_LT(by_its_own.readout[1].shipped, 0.5);
   EXPECT_LT(by_groups.readout[1].share, 0.2);
-  EXPECT_GT(by_groups.readout[1].trained, 1.0) << "it is told how wrong the network is on others";
+  EXPECT_GT(by_groups.readout[1].trained, 1.0) << "the result has the error of the network on other logs";
   EXPECT_LE(by_groups.readout[1].shipped, 1.02 * by_groups.readout[1].constant);
   EXPECT_EQ(by_groups.groups, 6U);
-  EXPECT_LT(by_groups.readout[0].shipped, 0.1) << "control: a state that is known anywhere keeps what reads it";
+  EXPECT_LT(by_groups.readout[0].shipped, 0.1) << "control: a state that generalises keeps its readout";
 }
 
-/// "grip" is a smooth function of the level, off by .3 this way or that from log to log: what a network knows by heart
-/// on its own logs, and nobody on another.
+/// "grip" is a smooth function of the level plus or minus .3, alternating from log to log. A network can learn this by
+/// heart on its own logs, but not for others.
 Dataset logs_off_by_a_bias_each(int logs, unsigned seed) {
   Dataset data = logs_with_a_level_each(logs, 1);
   std::mt19937_64 random(seed);
@@ -284,7 +286,7 @@ Dataset logs_off_by_a_bias_each(int logs, unsigned seed) {
   return data;
 }
 
-TEST(LeftOut, IntervalsHoldOnLogsThatNoTrainingHasSeen) {
+TEST(LeftOut, IntervalsHoldOnUnseenLogs) {
   const Dataset training = logs_off_by_a_bias_each(8, 1);
   const auto coverage = [&](int folds) {
     Experiment experiment = experiment_of_logs(folds);
@@ -296,11 +298,11 @@ TEST(LeftOut, IntervalsHoldOnLogsThatNoTrainingHasSeen) {
     return static_cast<double>((ratios <= result.model.error->factor_95(1)).count()) /
            static_cast<double>(ratios.size());
   };
-  EXPECT_LT(coverage(0), 0.8) << "control: calibrated on its own logs, an interval is too narrow elsewhere";
+  EXPECT_LT(coverage(0), 0.8) << "control: an interval calibrated on its own logs is too narrow for others";
   EXPECT_GE(coverage(4), 0.9);
 }
 
-TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
+TEST(LeftOut, AnInterruptedRunContinuesToTheSameBytesAndLeavesNoFolders) {
   const Dataset training = logs_with_a_level_each(4, 1);
   Experiment experiment = experiment_of_logs(2);
   experiment.training.steps = 40;
@@ -309,7 +311,8 @@ TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
   TrainOptions options;
   options.directory = whole.path();
   const TrainingResult expected = train_with_folds(experiment, training, training, options);
-  for (const int after : {5, 18, 25}) {  // steps of this piece: in the first fold, the second, the training on all
+  // Steps of this part: in the first fold, in the second, in the training on all logs.
+  for (const int after : {5, 18, 25}) {
     std::atomic<bool> stop = false;
     int done = 0;
     options.directory = pieces.path();
@@ -328,7 +331,7 @@ TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
   EXPECT_FALSE(folds_have_begun(pieces.path()));
 }
 
-TEST(LeftOut, CheckpointsOfAnotherRunAreNotTakenForItsOwn) {
+TEST(LeftOut, CheckpointsOfAnotherRunAreNotUsed) {
   const Dataset training = logs_with_a_level_each(4, 1);
   const ScratchDirectory directory, clean;
   const auto run = [&](const ScratchDirectory& in, int steps, int after, bool resume) {
@@ -345,8 +348,8 @@ TEST(LeftOut, CheckpointsOfAnotherRunAreNotTakenForItsOwn) {
     return train_with_folds(experiment, training, training, options);
   };
   constexpr int kNever = 1000;
-  ASSERT_EQ(run(directory, 40, 45, false).outcome, TrainOutcome::kInterrupted) << "on all logs, behind both folds";
-  ASSERT_EQ(run(directory, 60, 5, false).outcome, TrainOutcome::kInterrupted) << "more steps, in the first fold";
+  ASSERT_EQ(run(directory, 40, 45, false).outcome, TrainOutcome::kInterrupted) << "on all logs, after both folds";
+  ASSERT_EQ(run(directory, 60, 5, false).outcome, TrainOutcome::kInterrupted) << "a longer training, in the first fold";
   const TrainingResult resumed = run(directory, 60, kNever, true);
   EXPECT_EQ(codegen::to_json(resumed.model), codegen::to_json(run(clean, 60, kNever, false).model));
 }

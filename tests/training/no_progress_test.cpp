@@ -19,7 +19,7 @@ using testing::harmonics;
 using ::testing::HasSubstr;
 using testing::small_experiment;
 
-/// Rows at steps 0, 1, 2, ... of these losses and validation errors.
+/// Rows at steps 0, 1, 2, ... with these losses and validation errors.
 std::vector<MetricsRow> rows(const std::vector<double>& losses, const std::vector<double>& errors) {
   std::vector<MetricsRow> metrics;
   for (std::size_t i = 0; i < losses.size(); ++i) {
@@ -31,17 +31,17 @@ std::vector<MetricsRow> rows(const std::vector<double>& losses, const std::vecto
   return metrics;
 }
 
-TEST(NoProgress, IsSaidWhenNoStepBeatsTheStart) {
+TEST(NoProgress, IsReportedIfNoStepImprovesOnTheStart) {
   EXPECT_THAT(no_progress(rows({1, .9, .8}, {1.0, 1.0, 1.2})), HasSubstr("none of its 2 steps"));
   EXPECT_EQ(no_progress(rows({1, .9, .8}, {1.0, 0.999, 1.2})), "") << "control: one step did";
-  EXPECT_EQ(no_progress(rows({1}, {1.0})), "") << "nothing was tried yet";
+  EXPECT_EQ(no_progress(rows({1}, {1.0})), "") << "no step was made yet";
 }
 
-TEST(NoProgress, IsSaidWhenTheLossGrowsPastItsStartAndStays) {
+TEST(NoProgress, IsReportedIfTheLossGrowsBeyondItsStartAndStays) {
   const std::vector<double> errors = {1, .9, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   EXPECT_THAT(no_progress(rows({1, .9, 2, 3, 4, 5, 5, 5, 5, 5, 5, 5, 5}, errors)), HasSubstr("grew from 1"));
-  EXPECT_EQ(no_progress(rows({1, .9, 2, 3, 4, 5, 5, 5, 5, 5, 5, .9, 5}, errors)), "") << "control: it came back";
-  EXPECT_EQ(no_progress(rows({1, 9}, {1, .9})), "") << "one draw of samples is no trend";
+  EXPECT_EQ(no_progress(rows({1, .9, 2, 3, 4, 5, 5, 5, 5, 5, 5, .9, 5}, errors)), "") << "control: the loss returned";
+  EXPECT_EQ(no_progress(rows({1, 9}, {1, .9})), "") << "a single draw of samples is not a trend";
 }
 
 TrainingResult run(const Experiment& experiment, Dataset training = harmonics(std::vector<int>(10, 60), false, 1)) {
@@ -49,9 +49,9 @@ TrainingResult run(const Experiment& experiment, Dataset training = harmonics(st
   return train(experiment, training, harmonics({50, 40, 30}, false, 2), {});
 }
 
-TEST(NoProgress, OfARateTooHighKeepsTheFirstModelAndNamesTheRate) {
+TEST(NoProgress, KeepsTheFirstModelAndNamesALearningRateThatIsTooHigh) {
   Experiment experiment = small_experiment();
-  experiment.inverse_map.linear_path = true;  // starts from ridge regression: hard to beat by wild steps
+  experiment.inverse_map.linear_path = true;  // starts from ridge regression, which large random steps do not improve
   experiment.training.learning_rate = 30.0;
   const TrainingResult result = run(experiment);
   ASSERT_EQ(result.outcome, TrainOutcome::kNoProgress) << result.message;
@@ -63,27 +63,28 @@ TEST(NoProgress, OfARateTooHighKeepsTheFirstModelAndNamesTheRate) {
   EXPECT_EQ(run(experiment).outcome, TrainOutcome::kFinished) << "control";
 }
 
-TEST(NoProgress, AClosedFormThatStepsCannotImproveIsASuccessAndSaysSo) {
+TEST(NoProgress, AClosedFormThatStepsCannotImproveIsASuccess) {
   Experiment experiment = small_experiment();
   experiment.inverse_map.linear_path = true;  // starts from ridge regression
-  experiment.training.learning_rate = 1e-30;  // no step improves on it, as none changes a float
+  experiment.training.learning_rate = 1e-30;  // no step changes a float, so none improves the model
   const TrainingResult result = run(experiment);
   EXPECT_EQ(result.outcome, TrainOutcome::kClosedForm) << result.message;
   EXPECT_TRUE(result.succeeded());
   EXPECT_THAT(result.message, HasSubstr("the closed form is best: none of 30 training steps"));
-  EXPECT_EQ(result.validation_rmse, result.metrics.front().validation_rmse) << "that regression is the model";
+  EXPECT_EQ(result.validation_rmse, result.metrics.front().validation_rmse) << "the ridge regression is the model";
 
   experiment.inverse_map.linear_path = false;  // starts from random weights
-  EXPECT_EQ(run(experiment).outcome, TrainOutcome::kNoProgress) << "control: there is no closed form";
+  EXPECT_EQ(run(experiment).outcome, TrainOutcome::kNoProgress)
+      << "control: without a linear path there is no closed form";
 }
 
-TEST(NoProgress, WithAWrongMirrorNamesTheChannelThatIsOffCentre) {
+TEST(NoProgress, NamesTheChannelThatIsNotCentredUnderAWrongMirror) {
   Experiment experiment = small_experiment();
   experiment.inverse_map.linear_path = true;
   experiment.training.learning_rate = 30.0;
   experiment.training.mirror = true;
   Dataset shifted = harmonics(std::vector<int>(10, 60), false, 1);
-  EXPECT_THAT(run(experiment, shifted).message, ::testing::Not(HasSubstr("is odd"))) << "control: balanced";
+  EXPECT_THAT(run(experiment, shifted).message, ::testing::Not(HasSubstr("is odd"))) << "control: the data are centred";
   for (Trajectory& trajectory : shifted.trajectories) trajectory.states.row(1).array() += 40.0;
   EXPECT_THAT(run(experiment, shifted).message, HasSubstr("the mean of velocity is"));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gradients of the cost against differences of the cost itself.
+// Gradients of the cost compared with differences of the cost.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,10 +22,11 @@ using testing::small_experiment;
 using testing::Variant;
 using testing::variants;
 
-/// The gradient, for every parameter, against fourth-order central differences of the objective itself.
-void expect_gradient_meets_differences(const Experiment& experiment, const Dataset& dataset, float step = 0.015F) {
-  // The loss comes in float32 sums, good to 1e-7 of itself: 2e-5 of the loss after division by step, measured. The
-  // truncated term, step^4 / 30 times the fifth derivative, is as large for the steepest variant (silu).
+/// Compares each entry of the gradient with fourth-order central differences of the objective.
+void expect_gradient_agrees_with_differences(const Experiment& experiment, const Dataset& dataset,
+                                             float step = 0.015F) {
+  // The loss is a float32 sum with a relative error of 1e-7: 2e-5 of the loss after division by the step, measured. The
+  // truncation error, step^4 / 30 times the fifth derivative, is as large for the steepest variant (silu).
   constexpr double kTolerance = 1.2e-4;
   Problem problem(experiment, dataset);
   const std::vector<float> gradient = problem.gradient(kSomeStep);
@@ -37,7 +38,7 @@ void expect_gradient_meets_differences(const Experiment& experiment, const Datas
       at[i] += by;
       return problem.loss(at, kSomeStep);
     };
-    // Float32 parameters: what was moved is not exactly the step.
+    // Parameters are float32, so the real difference is not exactly the step.
     const double width =
         static_cast<double>(problem.parameters[i] + step) - static_cast<double>(problem.parameters[i] - step);
     const double difference =
@@ -48,30 +49,30 @@ void expect_gradient_meets_differences(const Experiment& experiment, const Datas
   ASSERT_GT(largest, 200.0 * kTolerance * (1.0 + loss)) << "the tolerance would pass a gradient of zero";
 }
 
-void expect_every_variant_meets_differences(const Dataset& dataset) {
+void expect_every_variant_agrees_with_differences(const Dataset& dataset) {
   for (const Variant& variant : variants()) {
     SCOPED_TRACE(variant.name);
     Experiment experiment = small_experiment();
     variant.change(experiment);
-    expect_gradient_meets_differences(experiment, dataset);
+    expect_gradient_agrees_with_differences(experiment, dataset);
     if (::testing::Test::HasFatalFailure()) return;
   }
 }
 
-TEST(Objective, GradientMeetsDifferencesOfTheObjectiveInEveryVariant) {
-  expect_every_variant_meets_differences(harmonics(kUnequal, false));
+TEST(Objective, GradientAgreesWithDifferencesInEveryVariant) {
+  expect_every_variant_agrees_with_differences(harmonics(kUnequal, false));
 }
 
-TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnJitteredSamples) {
-  expect_every_variant_meets_differences(harmonics(kUnequal, true));
+TEST(Objective, GradientAgreesWithDifferencesOnJitteredSamples) {
+  expect_every_variant_agrees_with_differences(harmonics(kUnequal, true));
 }
 
-TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnWeightedSamples) {
-  expect_every_variant_meets_differences(masked(harmonics(kUnequal, false)));
+TEST(Objective, GradientAgreesWithDifferencesOnWeightedSamples) {
+  expect_every_variant_agrees_with_differences(masked(harmonics(kUnequal, false)));
 }
 
-/// Every loss over every structure that may have it.
-TEST(Objective, GradientMeetsDifferencesForEveryLossOverEveryStructure) {
+/// Each loss with each structure that supports it.
+TEST(Objective, GradientAgreesWithDifferencesForEveryLossAndStructure) {
   for (const TrainableStructure* structure : structure_table()) {
     if (structure->name() == "carried") continue;  // tested in carried_test.cpp
     if (structure->name() == "prior") continue;    // tested in prior_test.cpp
@@ -81,16 +82,16 @@ TEST(Objective, GradientMeetsDifferencesForEveryLossOverEveryStructure) {
       Experiment experiment = small_experiment();
       if (structure->name() == "luenberger") testing::make_luenberger(experiment);
       experiment.observer.structure = structure->name();
-      // Slow units hardly move in runs this short, and normalised they are too steep for differences this wide.
+      // Slow units hardly move in such short runs, and their normalised values are too steep for such wide differences.
       experiment.observer.own.set<UnitSettings>() = {.units = 4, .rates = {4.0, 12.0}};
       experiment.dynamics.hidden = {5};
       experiment.forward_map.hidden = {4};
       experiment.loss.weights = {{"state_error", 0.5}, {std::string(term.name), 0.5}};
       Dataset dataset = harmonics(kUnequal, false);
       if (term.needs_equations)
-        for (Trajectory& run : dataset.trajectories) run.derivatives = 0.5 * run.states;  // as good as any f
-      // Through time the fifth derivative is larger.
-      expect_gradient_meets_differences(experiment, dataset, structure->name() == "gated" ? 0.004F : 0.015F);
+        for (Trajectory& run : dataset.trajectories) run.derivatives = 0.5 * run.states;  // any f will do
+      // Through time, the fifth derivative is larger.
+      expect_gradient_agrees_with_differences(experiment, dataset, structure->name() == "gated" ? 0.004F : 0.015F);
       if (::testing::Test::HasFatalFailure()) return;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An objective with all that it refers to, and the variants of experiments that its tests run over.
+// An objective with the objects that it refers to, and the variants of experiments for its tests.
 #pragma once
 
 #include <functional>
@@ -14,10 +14,10 @@
 
 namespace nlo::trainer::testing {
 
-// Segments of unequal lengths, in two groups of eight lanes, the second one not full.
+// Segments of unequal lengths, in two groups of eight lanes, of which the second is not full.
 inline const std::vector<int> kUnequal = {40, 25, 60, 33, 40, 12, 51, 40, 28, 60, 7};
 
-/// An objective with all that it refers to, normalised, at its initial parameters moved off their special values.
+/// An objective with the objects that it refers to, normalised, at its initial parameters plus random numbers.
 struct Problem {
   Experiment experiment;
   Dataset dataset;
@@ -41,13 +41,13 @@ struct Problem {
     std::uniform_real_distribution<float> uniform(-0.2F, 0.2F);
     const std::size_t first = static_cast<std::size_t>(structure.latent.learned);
     for (std::size_t i = first; i < parameters.size(); ++i) {
-      parameters[i] += uniform(random);  // biases start at zero
+      parameters[i] += uniform(random);  // biases would be zero otherwise
     }
   }
   Problem(const Problem&) = delete;
 
-  /// Scales depend on the segments that training draws: for comparisons both must have the same.
-  void take_scales_of(const Problem& other) {
+  /// Uses the scales of `other`: scales depend on the drawn segments, and a comparison needs equal scales.
+  void use_scales_of(const Problem& other) {
     structure.features = other.structure.features;
     structure.state_mean = other.structure.state_mean;
     structure.state_scale = other.structure.state_scale;

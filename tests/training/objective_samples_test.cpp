@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which samples a step sees and what they count: masks, weights, draws, noise, mirrors.
+// The samples of a step and their weights: masks, weights, draws, noise, mirrors.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using testing::kUnequal;
 using testing::Problem;
 using testing::small_experiment;
 
-/// Loss and gradient with one sample's truth moved far off; the normalisation stays that of `problem`.
+/// Loss and gradient with the truth of one sample moved far away; the normalisation stays that of `problem`.
 std::pair<double, std::vector<float>> with_truth_moved(Problem& problem, int sample) {
   std::vector<float>& states = problem.data.runs[2].states;
   const float before = states[static_cast<std::size_t>(sample)];
@@ -27,11 +27,11 @@ std::pair<double, std::vector<float>> with_truth_moved(Problem& problem, int sam
   return result;
 }
 
-TEST(Objective, MaskedSamplesDoNotMatter) {
+TEST(Objective, MaskedSamplesHaveNoEffect) {
   for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
     Experiment experiment = small_experiment();
     experiment.training.mode = mode;
-    experiment.training.samples_per_step = 5000;  // so that every tick is drawn
+    experiment.training.samples_per_step = 5000;  // so that each sample is drawn
     experiment.training.trajectories_per_step = 60;
     Dataset dataset = harmonics(kUnequal, false);
     dataset.trajectories[2].weight(10) = 0.0;
@@ -47,8 +47,8 @@ TEST(Objective, MaskedSamplesDoNotMatter) {
   }
 }
 
-TEST(Objective, WeightsCountAsShares) {
-  // A run that counts half, twice, is the run once.
+TEST(Objective, WeightsActAsShares) {
+  // Two runs with weight one half equal one run with weight 1.
   Experiment experiment = small_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
   const Dataset once = harmonics(kUnequal, false);
@@ -63,10 +63,10 @@ TEST(Objective, WeightsCountAsShares) {
 }
 
 TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
-  // Whole runs and short segments, runs of unequal length whose errors differ: every sample must be as likely.
+  // Whole runs and short segments of runs of unequal length with different errors: each sample must be equally likely.
   constexpr int kSteps = 400;
   constexpr double kStandardErrors = 4.0;
-  // Runs of 100 samples or more: a segment reaches the first and last few samples of a run less often than the others.
+  // Runs of 100 samples or more: segments reach the first and last samples of a run less often than the others.
   const Dataset dataset = harmonics({100, 300, 200, 150, 260, 120, 300, 180, 110, 220, 130}, false);
   Experiment experiment = small_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
@@ -76,7 +76,7 @@ TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
   experiment.training.trajectories_per_step = 64;
   experiment.training.samples_per_step = 64 * 16;
   Problem random(experiment, dataset);
-  random.take_scales_of(full);
+  random.use_scales_of(full);
   double sum = 0.0;
   double squares = 0.0;
   for (long step = 0; step < kSteps; ++step) {
@@ -91,7 +91,7 @@ TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
 }
 
 TEST(Objective, EarlyShareDrawsThatShareOfTheSamplesFromTheStart) {
-  // Only samples before early_s are wrong, by a known amount: the loss tells their share.
+  // Only samples before early_s are wrong, by a known amount, so the loss shows their share.
   Experiment experiment = small_experiment();
   experiment.training.early_s = 0.5;  // 10 of 200 samples
   experiment.training.early_share = 0.4;
@@ -103,11 +103,11 @@ TEST(Objective, EarlyShareDrawsThatShareOfTheSamplesFromTheStart) {
     for (std::size_t k = 0; k < 10; ++k) run.states[k] += 1000.0F;
   }
   const double share = (problem.loss(problem.parameters, 0) - before) / 1e6;
-  // 20 of 50 ticks by rule, and of the other 30 one in twenty by chance; half a sample's worth of the error itself.
+  // 20 of 50 samples by the share, and one in twenty of the other 30 by chance; tolerance: half a sample of error.
   EXPECT_NEAR(share, 0.4 + 0.6 / 20.0, 0.02);
 }
 
-TEST(Objective, DrawsAnewInEachStepAndTheSameInTheSameStep) {
+TEST(Objective, DrawsAreNewInEachStepAndReproducible) {
   Experiment experiment = small_experiment();
   experiment.training.noise = {NoiseKind::kGaussian, 0.3};
   for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
@@ -122,7 +122,7 @@ TEST(Objective, DrawsAnewInEachStepAndTheSameInTheSameStep) {
   }
 }
 
-TEST(Objective, NoiseHasTheNamedDeviation) {
+TEST(Objective, NoiseHasTheGivenStandardDeviation) {
   Experiment experiment = small_experiment();
   const Dataset dataset = harmonics(std::vector<int>(40, 500), false);
   for (const auto& [kind, deviation] :
@@ -145,20 +145,20 @@ TEST(Objective, NoiseHasTheNamedDeviation) {
         }
       }
     }
-    // Five standard errors of a mean and of a deviation.
+    // Five standard errors of a mean and of a standard deviation.
     EXPECT_NEAR(sum / count, 0.0, 5.0 * deviation / std::sqrt(count));
     EXPECT_NEAR(std::sqrt(squares / count), deviation, 5.0 * deviation / std::sqrt(2.0 * count));
   }
 }
 
 TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
-  // Without biases and means, tanh networks are odd: mirrored or not, the error is the same.
+  // Tanh networks without biases and means are odd, so the error of a mirrored run is the same.
   Experiment experiment = small_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
   Problem plain(experiment, harmonics(kUnequal, false));
   experiment.training.mirror = true;
   Problem mirrored(experiment, harmonics(kUnequal, false));
-  mirrored.take_scales_of(plain);
+  mirrored.use_scales_of(plain);
   mirrored.parameters = plain.parameters;
   for (Problem* problem : {&plain, &mirrored}) {
     for (Feature& feature : problem->structure.features) feature.mean = 0.0F;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Value of the cost and its error: those of the model that is written, in the units that are asked for.
+// The cost and the error: they are those of the written model, in the requested units.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,10 +29,11 @@ void in_units_of(const std::vector<float>& scale, codegen::Model& model, Dataset
   for (Trajectory& run : dataset.trajectories) run.states.array().colwise() /= units.array();
 }
 
-TEST(Objective, ErrorEqualsThatOfThePlainModel) {
-  // Training and the model that it writes agree: the float32 of the filter and of T*, and nothing else, between them.
+TEST(Objective, ErrorEqualsThatOfTheWrittenModel) {
+  // Training agrees with the model that it writes, except for float32 in the filter and in T*.
   constexpr double kTolerance = 2e-6;
-  constexpr double kOdeTolerance = 1e-5;  // long steps of jittered samples are split when flown: RK4's own error
+  // Flight splits the long steps of jittered samples, which changes the error of RK4.
+  constexpr double kOdeTolerance = 1e-5;
   for (const bool jittered : {false, true}) {
     for (const Variant& variant : variants()) {
       SCOPED_TRACE(variant.name);
@@ -52,14 +53,14 @@ TEST(Objective, ErrorEqualsThatOfThePlainModel) {
   }
 }
 
-TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
+TEST(Objective, ModelRecordsTheLargestActivationsAlsoOfMaskedSamples) {
   constexpr double kTolerance = 1e-4;  // float32 of the filter
   Experiment experiment = small_experiment();
   experiment.inverse_map.activation = "relu";
   experiment.observer.features = FeatureSet::kLatentAndOutput;
   experiment.training.noise = {};
   Dataset dataset = harmonics(kUnequal, false);
-  dataset.trajectories[2].outputs.col(5) *= 50.0;  // masks are about the truth: the observer meets this
+  dataset.trajectories[2].outputs.col(5) *= 50.0;  // a mask concerns the truth; the observer reads this sample
   for (Eigen::Index k = 5; k < dataset.trajectories[2].samples(); ++k) dataset.trajectories[2].weight(k) = 0.0;
   Problem problem(experiment, dataset);
   const codegen::Model model =
@@ -82,7 +83,7 @@ TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
     EXPECT_NEAR(map.largest_activations[l], largest[l], kTolerance * largest[l]);
 }
 
-TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
+TEST(Objective, LossIsTheSquaredErrorInItsScale) {
   constexpr double kTolerance = 1e-5;  // float32 sums
   Experiment experiment = small_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
@@ -111,14 +112,14 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   EXPECT_NEAR(penalty, 0.1 * (4.0 + 9.0 + 1.0 + 16.0), kTolerance * penalty) << "(20): gamma |lambda|^2";
 }
 
-/// A network that gives 0 whatever it reads, over runs whose truth is 0: what is not comes of what a test puts in.
+/// A network with output 0, and runs with truth 0: the loss contains only what a test adds.
 struct Blank : Problem {
   explicit Blank(const Experiment& e) : Problem(e, harmonics(kUnequal, false)) {
     std::fill(parameters.begin() + structure.latent.learned, parameters.end(), 0.0F);
     std::fill(structure.state_mean.begin(), structure.state_mean.end(), 0.0F);
     for (auto& run : data.runs) std::fill(run.states.begin(), run.states.end(), 0.0F);
   }
-  /// Entries of the truth of a state of a run; from the first sample on.
+  /// Returns the truth of a state of a run, from the first sample on.
   std::span<float> truth(std::size_t run, std::size_t state) {
     const auto samples = static_cast<std::size_t>(data.runs[run].samples);
     return std::span(data.runs[run].states).subspan(state * samples, samples);
@@ -134,19 +135,20 @@ Experiment full_batch() {
 constexpr double kFloatSums = 1e-6;
 
 TEST(Objective, IntegralIsTheMeanTimesTheMeanLengthOfTheSegments) {
-  // |x - x_hat|^2 = 4 throughout. Runs of 40 + 25 + ... + 7 = 396 samples, 385 steps of .05 s,
-  // are 1.75 s long on average.
+  // |x - x_hat|^2 = 4 everywhere. Runs of 40 + 25 + ... + 7 = 396 samples, 385 steps of .05 s, are 1.75 s long on
+  // average.
   Experiment experiment = full_batch();
   for (const auto& [reduction, expected] : {std::pair{Reduction::kMean, 4.0}, {Reduction::kIntegral, 4.0 * 1.75}}) {
     experiment.loss.reduction = reduction;
     Blank blank(experiment);
     for (std::size_t run = 0; run < kUnequal.size(); ++run) std::ranges::fill(blank.truth(run, 0), 2.0F);
     EXPECT_NEAR(blank.loss(blank.parameters, 0), expected, kFloatSums * expected);
-    EXPECT_NEAR(blank.objective.validate(blank.parameters.data()), 2.0, kFloatSums) << "an error, whatever the loss";
+    EXPECT_NEAR(blank.objective.validate(blank.parameters.data()), 2.0, kFloatSums)
+        << "the validation error does not depend on the loss";
   }
 }
 
-TEST(Objective, ALogarithmWeighsGroupsEquallyForAnyErrors) {
+TEST(Objective, LogarithmWeighsGroupsEquallyForAnyErrors) {
   // |x - x_hat|^2 = 1e-2 in the first eight of 11 runs and 100 in the other three: the mean of both logarithms.
   Experiment experiment = full_batch();
   experiment.loss.reduction = Reduction::kLogarithm;
@@ -160,7 +162,7 @@ TEST(Objective, ALogarithmWeighsGroupsEquallyForAnyErrors) {
 }
 
 TEST(Objective, TerminalCostIsTheMeanOverTheEndsOfSegments) {
-  // |x - x_hat|^2 = 9 at ends alone: of `ends` of 11 runs, and of as many of 396 samples.
+  // |x - x_hat|^2 = 9 only at ends: of `ends` of 11 runs, and at as many of 396 samples.
   Experiment experiment = full_batch();
   experiment.loss.weights["terminal"] = 0.8;
   experiment.loss.weights["state_error"] = 0.5;
@@ -173,7 +175,7 @@ TEST(Objective, TerminalCostIsTheMeanOverTheEndsOfSegments) {
   }
 }
 
-/// The validation error at the same network, with position in units of `metres`.
+/// Validation error of the same network, with the position in units of `metres`.
 double validated(ErrorScale scale, double metres) {
   Experiment experiment = small_experiment();
   experiment.loss.scale = scale;
@@ -183,12 +185,12 @@ double validated(ErrorScale scale, double metres) {
   return problem.objective.validate(problem.parameters.data());
 }
 
-TEST(Objective, ChoosesByErrorsThatNoUnitDecidesWhereTheLossIsNormalised) {
+TEST(Objective, ChoiceOfTheModelDoesNotDependOnUnitsIfTheLossIsNormalised) {
   constexpr double kFloat = 1e-5;  // sums of some 400 squares in float32
   const double in_metres = validated(ErrorScale::kNormalised, 1.0);
   EXPECT_NEAR(validated(ErrorScale::kNormalised, 1e-3), in_metres, kFloat * in_metres);
   EXPECT_GT(validated(ErrorScale::kPhysical, 1e-3), 100.0 * validated(ErrorScale::kPhysical, 1.0))
-      << "control: the unit decides";
+      << "control: the result depends on the unit";
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TrainingResult trained(const Experiment& experiment) {
                harmonics({50, 40, 30}, false, 2), {});
 }
 
-/// RMSE of a state over the validation runs, from the equations alone.
+/// RMSE of a state over the validation runs, from the equations of the model.
 double flown_rmse(const codegen::Model& model, Eigen::Index state) {
   double squares = 0.0, samples = 0.0;
   for (const Trajectory& run : harmonics({50, 40, 30}, false, 2).trajectories) {
@@ -41,7 +41,7 @@ double flown_rmse(const codegen::Model& model, Eigen::Index state) {
   return std::sqrt(squares / samples);
 }
 
-TEST(Ridge, FindsTheLineThatIsThereAndIgnoresMaskedTruth) {
+TEST(Ridge, FindsALinearMapAndIgnoresMaskedTruth) {
   Eigen::MatrixXd u(2, 5), x(1, 5);
   u << 0.0, 1.0, 2.0, 3.0, 4.0, 1.0, -1.0, 1.0, 2.0, -2.0;
   x = 3.0 + 2.0 * u.row(0).array() - 0.5 * u.row(1).array();
@@ -58,7 +58,7 @@ TEST(Ridge, FindsTheLineThatIsThereAndIgnoresMaskedTruth) {
   EXPECT_NEAR(w(0, 2), -0.5, kRounding);
 }
 
-TEST(Readout, AnUntrainedNetworkGivesWayToTheLinearRow) {
+TEST(Readout, ReplacesAnUntrainedNetworkByTheLinearRow) {
   const TrainingResult network = trained(short_experiment(ReadoutChoice::kNetwork));
   const TrainingResult selected = trained(short_experiment(ReadoutChoice::kSelected));
   ASSERT_EQ(selected.readout.size(), 2U);
@@ -66,25 +66,25 @@ TEST(Readout, AnUntrainedNetworkGivesWayToTheLinearRow) {
     const StateReadout& state = selected.readout[static_cast<std::size_t>(i)];
     EXPECT_LT(state.shipped, 0.8 * state.trained) << state.state;
     EXPECT_LE(state.shipped, 1.02 * state.linear) << state.state;
-    constexpr double kFloat = 1e-4;  // features and readout in float, in double here
+    constexpr double kFloat = 1e-4;  // features and readout in float; here in double
     EXPECT_NEAR(flown_rmse(selected.model, i), state.validation, kFloat);
     EXPECT_GE(state.shipped, (1.0 - 1e-12) * state.validation)
-        << "the larger of training and validation; rounding of exp(log)";
+        << "the larger error of training and validation; rounding of exp(log)";
     EXPECT_LE(flown_rmse(network.model, i), state.trained + kFloat);
-    EXPECT_LT(flown_rmse(selected.model, i), 0.9 * flown_rmse(network.model, i)) << "the choice is in the model";
+    EXPECT_LT(flown_rmse(selected.model, i), 0.9 * flown_rmse(network.model, i)) << "the model has the chosen readout";
   }
   EXPECT_EQ(selected.outcome, TrainOutcome::kFinished) << selected.message;
   EXPECT_NO_THROW(codegen::validate(selected.model));
 }
 
-TEST(Readout, AMeasuredStateIsReadFromItsSensorThoughTheNetworkDoesNotSeeIt) {
+TEST(Readout, ReadsAMeasuredStateFromItsSensorEvenIfTheNetworkDoesNotReadIt) {
   const TrainingResult result = trained(short_experiment(ReadoutChoice::kSelected));
-  EXPECT_TRUE(result.readout[0].sensor_name.empty()) << "a sensor without noise is no measure of the real one";
+  EXPECT_TRUE(result.readout[0].sensor_name.empty()) << "a noise-free simulated sensor is not an alternative";
   EXPECT_LT(flown_rmse(result.model, 0), 1e-3 * result.readout[0].deviation) << "y is x1 without noise";
   EXPECT_TRUE(result.readout[1].sensor_name.empty()) << "no output is in m/s";
 }
 
-/// The position alone, which the output measures: a linear row is exact.
+/// Only the position, which the output measures: a linear row is exact.
 Dataset positions(const std::vector<int>& samples, unsigned seed) {
   Dataset data = harmonics(samples, false, seed);
   data.states.pop_back();
@@ -92,7 +92,7 @@ Dataset positions(const std::vector<int>& samples, unsigned seed) {
   return data;
 }
 
-TEST(Readout, ANoisySensorIsAnAlternativeToItsState) {
+TEST(Readout, ANoisySensorIsAnAlternativeForItsState) {
   Experiment experiment = short_experiment(ReadoutChoice::kSelected);
   experiment.training.noise = {NoiseKind::kGaussian, 0.2};
   const StateReadout position = trained(experiment).readout[0];
@@ -101,7 +101,7 @@ TEST(Readout, ANoisySensorIsAnAlternativeToItsState) {
   EXPECT_NEAR(position.sensor, 0.2, kDraws);
 }
 
-TEST(Readout, WithoutAHiddenLayerInUseTheMapIsOneLayer) {
+TEST(Readout, TheMapIsOneLayerIfNoStateUsesTheNetwork) {
   const Dataset training = positions({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, 1), validation = positions({50, 40}, 2);
   const TrainingResult result = train(short_experiment(ReadoutChoice::kSelected), training, validation, {});
   EXPECT_EQ(codegen::inverse_map(result.model)->layers.size(), 1U);
@@ -111,7 +111,7 @@ TEST(Readout, WithoutAHiddenLayerInUseTheMapIsOneLayer) {
   EXPECT_EQ(codegen::inverse_map(network.model)->layers.size(), 3U) << "control";
 }
 
-TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
+TEST(Readout, KeepsATrainedNetworkThatIsBetter) {
   Experiment experiment = small_experiment();
   experiment.training.steps = 400;
   experiment.observer.eigenvalues = {-1.0, -4.0};
@@ -121,13 +121,14 @@ TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
   experiment.inverse_map.readout = ReadoutChoice::kSelected;
   const TrainingResult selected = train(experiment, training, validation, {});
   const StateReadout& velocity = selected.readout[1];
-  // .71 to .79 by g++ for four seeds, .87 by clang++ without optimisation: far from the 1 % that is taken for alike.
-  EXPECT_LT(velocity.trained, 0.95 * velocity.linear) << "else this tests nothing";
+  // Measured: .71 to .79 with g++ for four seeds, .87 with clang++ without optimisation. Errors within 1 % are equal.
+  EXPECT_LT(velocity.trained, 0.95 * velocity.linear) << "control: the network must be clearly better";
   EXPECT_LE(velocity.shipped, 1.02 * velocity.trained);
   EXPECT_LE(selected.validation_rmse, network.validation_rmse);
 }
 
-/// harmonics() whose second state is a line of y. In the first second its truth is far off, by as much in each run.
+/// harmonics() with a second state that is linear in y. In the first second its truth is far off, by the same amount in
+/// each run.
 Dataset runs_with_an_unreadable_start(const std::vector<int>& samples, unsigned seed) {
   Dataset data = harmonics(samples, false, seed);
   for (Trajectory& run : data.trajectories) {
@@ -137,7 +138,7 @@ Dataset runs_with_an_unreadable_start(const std::vector<int>& samples, unsigned 
   return data;
 }
 
-TEST(Readout, TheSettledSamplesDecideIfTheExperimentSaysSo) {
+TEST(Readout, ChoosesByTheSettledSamplesOnRequest) {
   const Dataset training = runs_with_an_unreadable_start({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, 1);
   const Dataset validation = runs_with_an_unreadable_start({50, 40, 30}, 2);
   Experiment experiment = short_experiment(ReadoutChoice::kSettled);
@@ -151,11 +152,12 @@ TEST(Readout, TheSettledSamplesDecideIfTheExperimentSaysSo) {
     }
     return largest;
   };
-  // A row of the settled samples is exact there but for float and the ridge; one of all samples lies far above it.
+  // A row fitted to the settled samples is exact there, except for float and ridge; one fitted to all samples is far
+  // worse.
   EXPECT_LT(settled_error(1.0), 1e-2);
-  EXPECT_GT(settled_error(0.0), 1.0) << "control: all samples are settled";
+  EXPECT_GT(settled_error(0.0), 1.0) << "control: without a transient, all samples count as settled";
   experiment.inverse_map.readout = ReadoutChoice::kSelected;
-  EXPECT_GT(settled_error(1.0), 1.0) << "a row that loses 5 % over whole runs is not taken";
+  EXPECT_GT(settled_error(1.0), 1.0) << "a row that loses 5 % over whole runs is not chosen";
 }
 
 TEST(Readout, NamesTheChoice) {
@@ -165,13 +167,13 @@ TEST(Readout, NamesTheChoice) {
   EXPECT_EQ(readout_fact(readout), "network");
 }
 
-TEST(Readout, TheFloorIsFivePerCentAndHalfAPerCentOfTheDeviation) {
+TEST(Readout, IgnoresDifferencesBelowFivePerCentOrHalfAPerCentOfTheDeviation) {
   const StateReadout fine{.state = "p", .linear = 1.0, .shipped = 1.04, .constant = 3.0, .deviation = 3.0};
   EXPECT_EQ(below_floor({fine}), "");
   StateReadout worse = fine;
   worse.shipped = 1.06;
   EXPECT_THAT(below_floor({fine, worse}), HasSubstr("p has an RMSE of 1.06"));
-  StateReadout tiny = worse;  // 6 % of nearly nothing
+  StateReadout tiny = worse;  // 6 % of a tiny error
   tiny.deviation = 300.0;
   EXPECT_EQ(below_floor({tiny}), "");
   StateReadout sensed = fine;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A training gives the same bytes for any number of threads and of interruptions, or an error with the reason.
+// A training gives the same bytes for any number of threads and interruptions, or an error with the reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// All that a step can be made of: noise, segments, pairs, averages, decay, a linear path.
+/// An experiment with all parts of a step: noise, segments, pairs, averages, decay, a linear path.
 Experiment full_experiment() {
   Experiment experiment = small_experiment();
   experiment.inverse_map.hidden = {17, 9};
@@ -54,7 +54,7 @@ TEST(Train, GivesTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST(Resume, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
+TEST(Resume, ResumedRunsGiveTheBytesOfAnUninterruptedRun) {
   for (const char* optimiser : {"adam", "gradient_descent"}) {
     for (const double ema : {0.0, 0.9}) {
       Experiment experiment = full_experiment();
@@ -80,7 +80,8 @@ TEST(Resume, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
         EXPECT_EQ(last.metrics[i].loss, whole.metrics[i].loss);
         EXPECT_EQ(last.metrics[i].validation_rmse, whole.metrics[i].validation_rmse);
       }
-      EXPECT_NE(codegen::to_json(first.model), codegen::to_json(whole.model)) << "control: the rest of the run counts";
+      EXPECT_NE(codegen::to_json(first.model), codegen::to_json(whole.model))
+          << "control: the rest of the run changes the model";
     }
   }
 }
@@ -126,12 +127,12 @@ TEST(Resume, ResumingAFinishedRunChangesNothing) {
   EXPECT_EQ(codegen::to_json(again.model), bytes);
 }
 
-/// The state that a training in `directory` has written.
+/// Returns the state that a training in `directory` has written.
 TrainingState state_in(const std::string& directory, const ObserverStructure& structure, const Experiment& experiment) {
   const std::string path = directory + "/checkpoint.bin", bytes = codegen::read_file(path);
   const auto parameters = static_cast<std::size_t>(structure.parameters());
   CheckpointOwner owner{.parameters = parameters,
-                        .memory = 2 * parameters,  // Adam's
+                        .memory = 2 * parameters,  // Adam stores two moments
                         .eigenvalues = structure.eigenvalues_at(std::vector<float>(parameters).data()).size(),
                         .steps = experiment.training.steps};
   std::memcpy(&owner.fingerprint, bytes.data() + bytes.find('\n') + 1, sizeof owner.fingerprint);
@@ -139,7 +140,7 @@ TrainingState state_in(const std::string& directory, const ObserverStructure& st
 }
 
 TEST(Train, AveragesWeightsWithAMemoryThatGrowsToItsLength) {
-  // a <- a + (1 - k) (p - a), k = min(ema, (1 + t) / (10 + t)): .1, 2/11, then .25 and no longer.
+  // a <- a + (1 - k) (p - a), k = min(ema, (1 + t) / (10 + t)): .1, 2/11, then constant at .25.
   constexpr double kKept[] = {0.1, 2.0 / 11.0, 0.25, 0.25};
   constexpr double kFloat = 1e-6;
   Experiment experiment = small_experiment();
@@ -153,7 +154,7 @@ TEST(Train, AveragesWeightsWithAMemoryThatGrowsToItsLength) {
   options.stop = &at_once;
   (void)train_here(experiment, options);
   TrainingState state = state_in(directory.path(), structure, experiment);
-  EXPECT_EQ(state.average, state.parameters) << "where it begins";
+  EXPECT_EQ(state.average, state.parameters) << "the average starts at the parameters";
   double moved = 0.0;
   for (const double kept : kKept) {
     const std::vector<float> before = state.average;
@@ -169,7 +170,7 @@ TEST(Train, AveragesWeightsWithAMemoryThatGrowsToItsLength) {
   EXPECT_GT(moved, 1e3 * kFloat) << "control";
 }
 
-TEST(Resume, RefusesToResumeFromADamagedCheckpointAndLeavesAllFilesAsTheyWere) {
+TEST(Resume, RefusesToResumeFromADamagedCheckpointAndChangesNoFile) {
   const Experiment experiment = small_experiment();
   const ScratchDirectory directory;
   (void)train_for(experiment, directory.path(), false, 5);

@@ -29,7 +29,7 @@ TEST(Train, StoppedBeforeItsFirstStepReturnsTheInitialModel) {
   EXPECT_FALSE(codegen::to_json(result.model).empty());
 }
 
-TEST(Train, ADivergenceStopsKeepsTheBestModelAndSaysWhatToTry) {
+TEST(Train, ADivergedTrainingKeepsTheBestModelAndSaysWhatToTry) {
   struct Variant {
     const char* name;
     std::function<void(TrainingConfig&)> change;
@@ -46,7 +46,7 @@ TEST(Train, ADivergenceStopsKeepsTheBestModelAndSaysWhatToTry) {
          training.eigenvalue_learning_rate = 1e-3;
          training.schedule = "constant";
        }},
-      // One Adam step moves log|lambda| by the rate: exp(1000) is infinite, and no number of halvings makes it small.
+      // One Adam step moves log|lambda| by the rate: exp(1000) is infinite, and halving the step does not help.
       {"eigenvalues that overflow", [](TrainingConfig& training) { training.eigenvalue_learning_rate = 1000.0; }},
   };
   for (const Variant& variant : variants) {
@@ -67,9 +67,9 @@ TEST(Train, ADivergenceStopsKeepsTheBestModelAndSaysWhatToTry) {
   }
 }
 
-TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
-  // A rate that grows by half each step throws the run off in the end, again and again. Clipped, it comes back each
-  // time, to its last step or to the most returns there are; not clipped, it goes astray.
+TEST(Train, ContinuesFromItsBestModelAfterADivergenceIfGradientsAreClipped) {
+  // A learning rate that grows by half in each step makes the training diverge repeatedly. With clipped gradients it
+  // returns each time, up to the last step or the limit of returns; without clipping it does not.
   Experiment experiment = small_experiment();
   experiment.training.learning_rate = 0.01;
   experiment.training.schedule = "exponential";
@@ -83,11 +83,11 @@ TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
   EXPECT_EQ(train_here(experiment).returns, 0);
 }
 
-TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNoRunAway) {
-  // Segments that begin anywhere have a transient, which validation hardly has. Here noise on their truth stands for
+TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNotADivergence) {
+  // Segments that begin anywhere have a transient, which validation hardly has. Here noise on their truth represents
   // it, and validation leaves the transient out.
   constexpr double kNoise = 2.0, kFar = 4.0;  // m; the limit, in validation errors
-  constexpr Eigen::Index kTransient = 25;     // samples: exp(-1.25) of the slowest mode, of 30 samples or more
+  constexpr Eigen::Index kTransient = 25;     // samples: exp(-1.25) of the slowest mode; runs have 30 samples or more
   Dataset training = training_set(), validation = validation_set();
   for (Dataset* set : {&training, &validation})
     for (Trajectory& run : set->trajectories) run.states = run.outputs.row(0).replicate(run.states.rows(), 1);
@@ -97,7 +97,7 @@ TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNoRunAway) {
     run.states = run.states.unaryExpr([&](double x) { return x + noise(engine); });
   for (Trajectory& run : validation.trajectories) run.weight.head(kTransient).setZero();
   Experiment experiment = small_experiment();
-  experiment.observer.features = FeatureSet::kLatentAndOutput;  // y is the state
+  experiment.observer.features = FeatureSet::kLatentAndOutput;  // y is one of the states
   experiment.inverse_map.hidden = {16};
   experiment.training.steps = 2000;
   experiment.training.schedule = "cosine";
@@ -107,7 +107,7 @@ TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNoRunAway) {
   const TrainingResult result = train(experiment, training, validation, {});
   const MetricsRow &first = result.metrics.front(), &last = result.metrics.back();
   ASSERT_GT(last.train_rmse, kFar * result.validation_rmse * first.train_rmse / first.validation_rmse)
-      << "the transient of the untrained observer explains it";
+      << "the untrained observer has the same transient";
   EXPECT_EQ(result.returns, 0);
   EXPECT_EQ(result.outcome, TrainOutcome::kFinished) << result.message;
 }
@@ -125,25 +125,25 @@ TEST(Train, SplitsTheValidationErrorAtTheEndOfTheTransient) {
     for (Eigen::Index k = run.first_estimate; k < run.samples(); ++k)
       (static_cast<double>(k) < kSplit ? early : late) += 1.0;
   const SplitError all = split_at(1e6), split = split_at(kSplit);
-  EXPECT_EQ(all.transient, all.settled) << "no run lasts so long";
+  EXPECT_EQ(all.transient, all.settled) << "no run is that long";
   EXPECT_NE(split.transient, split.settled);
   const double squares = early * split.transient * split.transient + late * split.settled * split.settled;
   EXPECT_NEAR(std::sqrt(squares / (early + late)), all.both(), 1e-9 * all.both());  // rounding of a sum
-  EXPECT_EQ(train_here(small_experiment()).split.both(), 0.0) << "not asked for";
+  EXPECT_EQ(train_here(small_experiment()).split.both(), 0.0) << "not requested";
 }
 
-TEST(Train, KeepsTheBestModelNotTheLast) {
-  // A run that goes astray late: the model is of the lowest validation error on record.
+TEST(Train, KeepsTheBestModelInsteadOfTheLast) {
+  // A training that diverges late: the written model has the lowest validation error on record.
   Experiment experiment = small_experiment();
   experiment.training.learning_rate = 0.01;
-  experiment.training.schedule = "exponential";  // growing: the run learns first and is thrown off in the end
+  experiment.training.schedule = "exponential";  // growing: the training learns first and then diverges
   experiment.training.decay = 1.3;
   experiment.training.validate_every = 1;
   const TrainingResult result = train_here(experiment);
   double lowest = result.metrics.front().validation_rmse;
   for (const MetricsRow& row : result.metrics) lowest = std::min(lowest, row.validation_rmse);
   EXPECT_EQ(result.validation_rmse, lowest);
-  EXPECT_LT(lowest, result.metrics.back().validation_rmse) << "control: the last one is worse";
+  EXPECT_LT(lowest, result.metrics.back().validation_rmse) << "control: the last model is worse";
   EXPECT_NEAR(testing::plain_rmse(result.model, validation_set()), lowest, 1e-5 * lowest);
 }
 
@@ -159,7 +159,7 @@ TEST(Train, CallsProgressAfterEachStep) {
     EXPECT_EQ(calls[i].steps, experiment.training.steps);
     EXPECT_TRUE(std::isfinite(calls[i].loss));
     EXPECT_GE(calls[i].left_s, 0.0);
-    ASSERT_EQ(calls[i].eigenvalues.size(), 3U) << "a pair is one";
+    ASSERT_EQ(calls[i].eigenvalues.size(), 3U) << "a pair is listed once";
     EXPECT_GT(calls[i].eigenvalues[0].imag(), 0.0);
     EXPECT_LT(calls[i].eigenvalues[2].real(), 0.0);
   }
@@ -181,7 +181,7 @@ Eigen::VectorXd eigenvalues_of(const TrainingResult& result) {
   return codegen::linear_latent(result.model)->eigenvalues;
 }
 
-TEST(Train, HoldsEigenvaluesThatAreNotToBeLearned) {
+TEST(Train, KeepsEigenvaluesThatAreNotLearned) {
   Experiment experiment = small_experiment();
   experiment.training.eigenvalue_learning_rate = 0.1;
   const Eigen::Vector4d initial(-2.0, 3.0, -1.0, -4.0);
@@ -210,18 +210,18 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
   EXPECT_THAT(error_of(blind, training_set(), validation_set()), HasSubstr("eigenvalues"));
 }
 
-TEST(Train, RefusesAStartThatIsNotFinite) {
+TEST(Train, RefusesAnInitialErrorThatIsNotFinite) {
   Experiment unstable = small_experiment();
   unstable.observer.hold = Hold::kRk4;
-  unstable.observer.eigenvalues = {-200.0};  // 10 per sample period
+  unstable.observer.eigenvalues = {-200.0};  // too fast: 10 per sample period
   EXPECT_THAT(error_of(unstable, harmonics({400, 400}, false), validation_set()), HasSubstr("first_order"));
   Dataset broken = validation_set();
   broken.trajectories[1].states(0, 3) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(error_of(small_experiment(), training_set(), broken), HasSubstr("not finite"));
 }
 
-TEST(Train, ADrawOfMaskedSamplesAloneIsNoDivergence) {
-  // One sample in a hundred counts, and four are drawn per step: most steps have nothing to learn from.
+TEST(Train, AStepWithOnlyMaskedSamplesIsNotADivergence) {
+  // One sample in a hundred is unmasked, and a step draws four: most steps have no data.
   Experiment experiment = small_experiment();
   experiment.training.trajectories_per_step = 4;
   experiment.training.samples_per_step = 4;
@@ -233,8 +233,8 @@ TEST(Train, ADrawOfMaskedSamplesAloneIsNoDivergence) {
   EXPECT_NE(train(experiment, sparse, validation_set(), {}).outcome, TrainOutcome::kDiverged);
 }
 
-TEST(Train, JitteredLogsTakeSegmentLengthsByTheNominalPeriod) {
-  // A first step ten times as long as the others must not decide how long a segment of one second is.
+TEST(Train, SegmentLengthsOfJitteredLogsFollowTheNominalPeriod) {
+  // A first step that is ten times as long as the others must not determine the length of a segment of one second.
   Experiment experiment = small_experiment();
   experiment.training.segment_s = 1.0;
   Dataset even = harmonics(std::vector<int>(6, 100), true);
@@ -247,8 +247,8 @@ TEST(Train, JitteredLogsTakeSegmentLengthsByTheNominalPeriod) {
     (void)train(experiment, data, validation_set(), options);
     return losses.front();
   };
-  // Segments and ticks are equal; only the samples behind the gap in run 0 differ a little. Segments of a tenth of the
-  // length would change the loss by much more, because most of their samples lie in the transient from z = 0.
+  // Segments and samples are equal; only the samples after the gap in run 0 differ slightly. Segments of a tenth of the
+  // length would change the loss much more, because most of their samples lie in the transient from z = 0.
   EXPECT_NEAR(first_loss(late), first_loss(even), 0.05 * first_loss(even));
 }
 
@@ -265,10 +265,10 @@ TEST(Train, AShortVanDerPolRunLowersTheValidationErrorFarBelowItsStart) {
   const TrainingResult result =
       train(experiment, test::van_der_pol_set(20, 15.0, 1, 2.0), test::van_der_pol_set(4, 15.0, 2, 2.0), {});
   EXPECT_EQ(result.outcome, TrainOutcome::kFinished);
-  // The rest is the transient from z = 0, which no map of z can undo.
+  // The remaining error is the transient from z = 0, which no map of z can remove.
   EXPECT_LT(result.validation_rmse, 0.3 * result.metrics.front().validation_rmse);
   EXPECT_LT(testing::plain_rmse(result.model, test::van_der_pol_set(4, 15.0, 3, 2.0)), 0.5)
-      << "on runs it has never seen, noise-free, the transient from z = 0 included";
+      << "on unseen noise-free runs, including the transient from z = 0";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Small data sets and experiments for the tests of training, and a trained model run plainly in double.
+// Small data sets and experiments for the tests of training, and a reference run of a trained model in double.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,8 @@
 
 namespace nlo::trainer::testing {
 
-/// Two states and one output of random harmonics: smooth, of no plant. Long runs move further than short ones.
+/// Two states and one output made of random harmonics: smooth, but of no plant. Long runs have larger values than short
+/// ones.
 inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -50,7 +51,7 @@ inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigne
   return data;
 }
 
-/// A small experiment: quick to run, with every part of an observer in it.
+/// A small experiment that runs quickly and has every part of an observer.
 inline Experiment small_experiment() {
   Experiment experiment;
   experiment.name = "small";
@@ -59,7 +60,7 @@ inline Experiment small_experiment() {
   experiment.observer.eigenvalues = {-1.0, -4.0};
   experiment.observer.pairs = {{-2.0, 3.0}};
   experiment.inverse_map.hidden = {5, 4};
-  experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // the network is what most tests look at
+  experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // most tests are about the network
   experiment.training.steps = 30;
   experiment.training.learning_rate = 0.01;
   experiment.training.trajectories_per_step = 10;
@@ -69,7 +70,7 @@ inline Experiment small_experiment() {
   return experiment;
 }
 
-/// Turns an experiment on two states and one output into one of a Luenberger-like observer.
+/// Changes an experiment with two states and one output into one with a Luenberger-like observer.
 inline void make_luenberger(Experiment& e) {
   e.observer.structure = "luenberger";
   e.observer.eigenvalues = {};
@@ -83,7 +84,7 @@ inline Hold hold_of(const codegen::Model& model) {
   return model.hold;
 }
 
-/// z and x_hat at all samples, one column each, from the equations that stand in codegen/model/model.h.
+/// z and x_hat at all samples, one column each, from the equations in codegen/model/model.h.
 struct PlainEstimates {
   Eigen::MatrixXd latent, states;
 };
@@ -135,7 +136,7 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   return result;
 }
 
-/// Weighted root mean square of |x - x_hat| over a data set, by the model run plainly.
+/// Weighted root mean square of |x - x_hat| over a data set, from plain_estimates().
 inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   double squares = 0.0;
   double total = 0.0;
@@ -147,7 +148,7 @@ inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// RMSE of the reference observer, which is given the inputs that its model reads.
+/// RMSE of the reference observer, with the inputs that its model reads.
 inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   codegen::ReferenceObserver<double> observer(model);
   double squares = 0.0;

@@ -47,7 +47,7 @@ ErrorSamples samples_of(const Draw& draw, unsigned seed) {
   return samples;
 }
 
-/// The head that has the right sigma times `scale`.
+/// Returns an error head whose sigma is the true one times `scale`.
 codegen::ErrorHead head_of(double scale) {
   return {(MatrixXd(1, 2) << 1.0, 0.0).finished(),
           VectorXd::Constant(1, std::log(scale) - 1.0),
@@ -62,14 +62,15 @@ double share_within(const codegen::ErrorHead& head, const ErrorSamples& samples,
   return static_cast<double>((samples.errors.array().abs() <= times * sigma.array()).count()) / kDraws;
 }
 
-// Five binomial deviations of a share of 68 % among 20,000: 5 sqrt(.68 .32 / 20000); the factor errs as much again.
+// Tolerance: five binomial deviations of a share of 68 % among 20,000 samples, doubled because the factor has an error
+// of the same size.
 const double kShareTolerance = 5.0 * std::sqrt(2.0 * 0.68 * 0.32 / kDraws);
 
-TEST(Calibration, OfNormalErrorsGivesTheNormalFactors) {
+TEST(Calibration, NormalErrorsGiveTheFactorsOfTheNormalDistribution) {
   std::normal_distribution<double> normal;
   codegen::ErrorHead head = head_of(1.0);
   calibrate(head, {error_scores(head, samples_of([&](auto& random) { return normal(random); }, 1))});
-  // A quantile's deviation is sqrt(p (1 - p) / N) / density: .0033 / .486 and .0015 / .117 of |normal|.
+  // Standard deviation of a quantile: sqrt(p (1 - p) / N) / density, .0033 / .486 and .0015 / .117 for |normal|.
   EXPECT_NEAR(head.factor_68(0), 0.99446, 5.0 * 0.0068);
   EXPECT_NEAR(head.factor_95(0), kNormal95, 5.0 * 0.0132);
 }
@@ -81,23 +82,23 @@ TEST(Calibration, CorrectsASigmaOfAnySizeAndErrorsOfAnyTail) {
   for (const double scale : {0.1, 1.0, 7.0}) {
     codegen::ErrorHead head = head_of(scale);
     EXPECT_GT(std::abs(share_within(head, fresh, head.factor_95(0)) - 0.95), kShareTolerance)
-        << "the control: uncalibrated, this must be seen to be wrong";
+        << "control: without calibration the test must fail";
     calibrate(head, {error_scores(head, samples_of(draw, 2))});
     EXPECT_NEAR(share_within(head, fresh, 1.0), 0.68, kShareTolerance);
     EXPECT_NEAR(share_within(head, fresh, head.factor_95(0) / head.factor_68(0)), 0.95, kShareTolerance);
   }
 }
 
-TEST(Calibration, FollowsTheHardLogsAmongAnyNumberOfEasyOnes) {
+TEST(Calibration, CoversTheHardLogsAmongAnyNumberOfEasyOnes) {
   const ErrorScores easy{MatrixXd::Constant(1, 900, 1.0), VectorXd::Ones(900)};
   const ErrorScores hard{MatrixXd::Constant(1, 100, 5.0), VectorXd::Ones(100)};
   codegen::ErrorHead head = head_of(1.0);
   calibrate(head, {easy, easy, easy, hard});
-  EXPECT_EQ(head.factor_68(0), 1.0) << "on three of four";
+  EXPECT_EQ(head.factor_68(0), 1.0) << "quantile over the logs: three of four are easy";
   EXPECT_EQ(head.factor_95(0), 5.0) << "pooled, 96 % of the errors would be within 1";
 }
 
-TEST(Calibration, SeesASigmaThatIsWrongByATenth) {
+TEST(Calibration, DetectsASigmaThatIsWrongByATenth) {
   std::normal_distribution<double> normal;
   const ErrorSamples fresh = samples_of([&](auto& random) { return normal(random); }, 4);
   for (const double scale : {0.9, 1.1})

@@ -33,7 +33,7 @@ Problem normal_errors(const VectorXd& truth, Eigen::Index count, unsigned seed) 
   return p;
 }
 
-TEST(DeviationLikelihood, DerivativesMeetCentralDifferences) {
+TEST(DeviationLikelihood, DerivativesAgreeWithCentralDifferences) {
   const Problem p = normal_errors(VectorXd::LinSpaced(5, -0.6, 0.8), 300, 1);
   const VectorXd at = VectorXd::LinSpaced(5, 0.3, -0.4);
   constexpr double kRidge = 0.1, kStep = 1e-5;
@@ -53,12 +53,13 @@ TEST(DeviationLikelihood, DerivativesMeetCentralDifferences) {
   }
 }
 
-TEST(DeviationLikelihood, ItsMinimumIsTheLogDeviationThatTheErrorsHave) {
+TEST(DeviationLikelihood, HasItsMinimumAtTheLogDeviationOfTheErrors) {
   const VectorXd truth = VectorXd::LinSpaced(4, -1.2, 0.9);
   constexpr Eigen::Index kErrors = 40000;
   const Problem p = normal_errors(truth, kErrors, 2);
   const VectorXd found = most_likely_deviation(p.features, p.squares, p.weights, 0.0);
-  // Fisher information 2 per sample and unit of s, a feature's variance is 1/3, weights lie within a factor of 2.
+  // Standard deviation of a fitted weight: Fisher information 2 per sample and unit of s, variance of a feature 1/3,
+  // weights of samples within a factor of 2.
   const double deviation = std::sqrt(3.0 / 2.0 / kErrors);
   for (Eigen::Index i = 0; i < truth.size(); ++i) EXPECT_NEAR(found(i), truth(i), 5.0 * deviation);
   const auto l = deviation_likelihood(p.features, p.squares, p.weights, found, 0.0);
@@ -73,7 +74,7 @@ TEST(DeviationLikelihood, WithoutFeaturesIsTheRootMeanSquare) {
   EXPECT_EQ(found(0), 0.0);
 }
 
-TEST(DeviationLikelihood, IsFoundFromErrorsOfEveryMagnitude) {
+TEST(DeviationLikelihood, ConvergesForErrorsOfAnyMagnitude) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     Problem p = normal_errors(VectorXd::LinSpaced(3, -2.0, 2.0), 5000, 4);
     p.squares *= scale * scale;

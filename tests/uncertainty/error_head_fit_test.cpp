@@ -30,8 +30,8 @@ Matrix2d transition() {
   return (Matrix2d() << c, s, -s, c).finished();
 }
 
-/// Two real modes and T* = M^-1, M z's steady map of x: M exp(A h) = A_z M + B0 C + B1 C exp(A h). Beside T* stand four
-/// neurons that it does not read.
+/// Two real modes and T* = M^-1, with M the steady map from x to z: M exp(A h) = A_z M + B0 C + B1 C exp(A h). The
+/// network also has four hidden neurons that T* does not read.
 codegen::Model linear_observer() {
   codegen::Model m;
   m.name = "linear";
@@ -62,8 +62,8 @@ codegen::Model linear_observer() {
   return m;
 }
 
-/// Deviation of x_hat - x after the transient: T P T' with the covariance P of z driven by white noise through z+ = A
-/// z + B0 v_k + B1 v_k+1.
+/// Standard deviation of x_hat - x after the transient: that of T P T', with the covariance P of z driven by white
+/// noise through z+ = A z + B0 v_k + B1 v_k+1.
 Vector2d true_deviation(const codegen::Model& m) {
   const codegen::StepMatrices step = codegen::latent_step(m, kPeriod);
   Matrix2d p;
@@ -77,7 +77,7 @@ Vector2d true_deviation(const codegen::Model& m) {
   return (t * p * t.transpose()).diagonal().cwiseSqrt();
 }
 
-/// Errors of the observer on noisy runs, from `settled_s` on.
+/// Errors of the observer on noisy runs, from settled_s on.
 ErrorSamples run_observer(const codegen::Model& m, double settled_s, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -100,15 +100,16 @@ ErrorSamples run_observer(const codegen::Model& m, double settled_s, unsigned se
   return all;
 }
 
-TEST(ErrorHead, OfALinearPlantReachesTheDeviationOfTheLyapunovEquation) {
+TEST(ErrorHead, GivesTheDeviationOfTheLyapunovEquationForALinearPlant) {
   const codegen::Model m = linear_observer();
   const Vector2d truth = true_deviation(m);
   const ErrorSamples samples = run_observer(m, 15.0, 1);
   codegen::ErrorHead head = fit_error_head(samples, samples);
   calibrate(head, {error_scores(head, run_observer(m, 15.0, 2))});
   const MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
-  // 48,000 samples whose errors are correlated over the slow mode's 25 of them: 2,000 draws, of which a deviation is
-  // known to 1 / sqrt(2 * 2000) = 1.6 %. The single sigma also moves with the features' noise, some times as much.
+  // The 48,000 errors are correlated over about 25 samples of the slow mode, so they count as 2,000 independent ones,
+  // from which a deviation is known to 1 / sqrt(2 * 2000) = 1.6 %. The single sigma also varies with the noise of the
+  // features, by a few times as much.
   constexpr double kMean = 0.05, kEach = 0.15;
   for (int i = 0; i < 2; ++i) {
     EXPECT_NEAR(sigma.row(i).mean() / truth(i), 0.99446, kMean) << i;
@@ -123,17 +124,18 @@ TEST(ErrorHead, LeavesOutSamplesOutsideOfTheDomain) {
   const codegen::Model m = linear_observer();
   ErrorSamples samples = run_observer(m, 15.0, 1);
   const codegen::ErrorHead before = fit_error_head(samples, samples);
-  ErrorSamples spoilt = samples;
-  spoilt.errors *= 100.0;
-  spoilt.known.assign(spoilt.known.size(), false);
-  samples.append(spoilt);
+  ErrorSamples corrupted = samples;
+  corrupted.errors *= 100.0;
+  corrupted.known.assign(corrupted.known.size(), false);
+  samples.append(corrupted);
   const codegen::ErrorHead after = fit_error_head(samples, samples);
   EXPECT_LT((after.weights - before.weights).norm(), 1e-6 * (1.0 + before.weights.norm()));
   EXPECT_LT((after.log_max - before.log_max).norm(), 1e-6);
 }
 
-TEST(ErrorHead, OfAMirrorImageIsTheSame) {
-  // tanh of odd features: what has the image's sign turned has the image's deviation. A head on h alone cannot.
+TEST(ErrorHead, GivesAMirrorImageTheSameDeviation) {
+  // tanh of odd features: the features of a mirror image have the opposite sign, its sigma is the same. A head that
+  // reads only h cannot do that.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> uniform(-2.0, 2.0);
   std::normal_distribution<double> normal;
@@ -153,7 +155,7 @@ TEST(ErrorHead, OfAMirrorImageIsTheSame) {
     EXPECT_NEAR(std::log(sigma(0, k)), 2.0 * places(0, k) * places(0, k) - 1.0, kTolerance) << k;
 }
 
-TEST(ErrorHead, IsFiniteForAStateThatIsExactAndForOneThatStandsStill) {
+TEST(ErrorHead, IsFiniteForAnExactStateAndForAConstantState) {
   ErrorSamples samples{MatrixXd::Zero(3, 100), MatrixXd::Zero(2, 100), VectorXd::Ones(100),
                        std::vector<bool>(100, true)};
   samples.errors.row(1).setConstant(0.5);

@@ -22,8 +22,9 @@ std::string forms() {
                                                         : ", ",
                         row.name, row.numbers);
   return text +
-         ", and behind it what else there is: +outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, "
-         "+clipped:LIMIT, +quantised:STEP, +delay:SAMPLES or +delay:LEAST:MOST, +jitter:SHARE_OF_PERIOD, and +missing, "
+         ", followed by any of +outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, "
+         "+clipped:LIMIT, +quantised:STEP, +delay:SAMPLES or +delay:MINIMUM:MAXIMUM, +jitter:SHARE_OF_PERIOD, and "
+         "+missing, "
          "+stuck or +dead with :SHARE or :SHARE:SAMPLES_IN_A_ROW";
 }
 
@@ -125,7 +126,7 @@ SensorNoise parse_sensor(std::string_view text) {
   const std::vector<std::string_view> parts = split(text, '+');
   const Part base(parts.front(), text);
   const auto row = std::ranges::find(noise_table(), base.word(), &NoiseRow::name);
-  if (row == noise_table().end()) base.fail("is of no known kind");
+  if (row == noise_table().end()) base.fail("is of an unknown kind");
   SensorNoise noise;
   noise.kind = row->kind;
   if (row->has_scale()) noise.scale = base.number(1);
@@ -208,7 +209,7 @@ std::string format_noise(const NoiseConfig& noise) {
 void check_noise(const NoiseConfig& noise, std::size_t outputs) {
   if (noise.sensors.size() == 1 || noise.sensors.size() == outputs) return;
   throw codegen::Error(
-      fmt::format("noise \"{}\" is of {} outputs, but there {} {}; give one for all of them, or one for "
+      fmt::format("noise \"{}\" is for {} outputs, but there {} {}; give one for all of them, or one for "
                   "each (\"none\" where there is none)",
                   format_noise(noise), noise.sensors.size(), outputs == 1 ? "is" : "are", outputs));
 }

@@ -15,7 +15,7 @@ namespace {
 void say_fewer(int started, int wanted, const std::string& reason) {
   static std::atomic<bool> said{false};
   if (said.exchange(true)) return;
-  std::fprintf(stderr, "nlo: works on %d of %d threads (%s); the result is the same, and comes later\n", started,
+  std::fprintf(stderr, "nlo: runs on %d of %d threads (%s); the result is the same, but takes longer\n", started,
                wanted, reason.c_str());
 }
 

@@ -273,14 +273,13 @@ Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eige
       continue;
     }
     const bool comma = format_.decimal == '.' && std::count(cell.begin(), cell.end(), ',') == 1;
-    throw Error(
-        fmt::format("{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
-                    comma ? "if a comma separates decimals, set decimal = \",\" in [log]"
-                    : missing != nullptr
-                        ? fmt::format("correct the row or delete it; where it stands for no value, write missing = "
-                                      "[\"{}\"] at the column",
-                                      shown(cell))
-                        : "correct the row or delete it"));
+    throw Error(fmt::format(
+        "{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
+        comma                ? "if a comma separates decimals, set decimal = \",\" in [log]"
+        : missing != nullptr ? fmt::format("correct the row or delete it; if it marks a missing value, write missing = "
+                                           "[\"{}\"] at the column",
+                                           shown(cell))
+                             : "correct the row or delete it"));
   }
   return values;
 }

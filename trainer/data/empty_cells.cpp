@@ -117,7 +117,7 @@ void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vecto
   for (const auto& [heading, count] : cells) {
     if (count.lost > 0)
       notes.push_back(fmt::format(
-          "\"{}\" lacks {} of its {} samples of period_s = {:.4g} s (none for up to {:.3g} s, in {}): it holds "
+          "\"{}\" lacks {} of its {} samples with period_s = {:.4g} s (none for up to {:.3g} s, in {}): it holds "
           "its last value there, and in flight the status is kHeld, then kStale",
           heading, count.lost, count.due, count.period_s, count.longest_s, count.worst));
     if (count.empty == 0) continue;
@@ -134,7 +134,7 @@ void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vecto
           "missing)");
     if (count.input) add("as an input it holds its last value there");
     if (count.state) add("as a state it is not scored there, nor is any other state of the row");
-    if (what.empty()) add("as a mask it lets no truth count there");
+    if (what.empty()) add("as a mask it excludes the truth there");
     notes.push_back(
         fmt::format("\"{}\" has no value in {:.3g} % of the rows ({} of {}, for up to {:.3g} s, most in {}){}: {}",
                     heading, 100.0 * share, count.empty, count.rows, count.longest_s, count.worst,

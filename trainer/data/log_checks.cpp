@@ -57,10 +57,9 @@ Spread spread_of(const LogColumn& column, const std::vector<LogFile>& logs) {
 
 void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) {
   if (spread.low < spread.high) return;
-  notes.push_back(
-      fmt::format("\"{}\" is {:.6g} in every row: a sensor that is off, or the wrong column? take the right "
-                  "one, or leave it out",
-                  column.heading, spread.low));
+  notes.push_back(fmt::format(
+      "\"{}\" is {:.6g} in every row: a sensor that is off, or the wrong column? choose the right one, or leave it out",
+      column.heading, spread.low));
 }
 
 /// Returns true if it added a note: then the wrap is as doubtful as the unit.
@@ -135,8 +134,8 @@ void note_copies(const std::vector<std::string>& headings, const std::vector<Log
       if (line.rest > kCopy) continue;
       const bool same = std::abs(line.slope - 1.0) < kCopy && std::abs(line.offset) < kCopy;
       notes.push_back(fmt::format(
-          "\"{}\" and \"{}\" hold the same signal{}: one of them tells an observer nothing; "
-          "leave it out, or take the column that was meant",
+          "\"{}\" and \"{}\" hold the same signal{}: an observer learns nothing from the second; leave one out, or "
+          "name the right column",
           headings[i], headings[j],
           same ? "" : fmt::format(" (the second is {:.4g} times the first, {:+.4g})", line.slope, line.offset)));
     }

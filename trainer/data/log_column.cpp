@@ -50,9 +50,10 @@ double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std
   const std::string_view kind = kind_of_rate(from->kind);
   if (kind.empty()) return 1.0;
   if (to->kind != kind)
-    fail_at(column, all,
-            fmt::format("unit = {} cannot be of the derivative of \"{}\", whose unit is {}: expected one of {}",
-                        with_kind(column.unit), source.name, with_kind(source.unit), kind));
+    fail_at(
+        column, all,
+        fmt::format("unit = {} cannot be the unit of the derivative of \"{}\", whose unit is {}: expected one of {}",
+                    with_kind(column.unit), source.name, with_kind(source.unit), kind));
   return from->scale == to->scale ? 1.0 : from->scale / to->scale;
 }
 

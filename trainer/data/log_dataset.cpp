@@ -51,7 +51,7 @@ void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& 
   }
   if (times_s.empty())
     throw Error(
-        fmt::format("{}: no run between its gaps can be used, the first since: {}: raise [log] max_gap_s, or use "
+        fmt::format("{}: no run between its gaps can be used, the first because {}: raise [log] max_gap_s, or use "
                     "a longer log",
                     log.path, why.empty() ? "it has one sample, or an output or input without a value" : why));
   data.uniform = data.uniform && nominal;
@@ -75,7 +75,7 @@ void thin(Index every, Index phases, Dataset& data) {
     for (Index first = 0; first < phases; ++first) {
       if (run.samples() < first + every + 1)
         throw Error(
-            fmt::format("{}: {} rows, and every = {} leaves no two samples of them: use a longer log, or a "
+            fmt::format("{}: {} rows, and every = {} leaves fewer than two samples: use a longer log, or a "
                         "smaller number",
                         run.source, run.samples(), every));
       thinned_runs.push_back(run.from(first, every));

@@ -113,10 +113,10 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
   for (std::size_t j = 0; j < columns.size(); ++j) {
     if (!asks(*columns[j])) continue;
     if (found[j].at_the_end || found[j].deviation > kSureEnough)
-      throw codegen::Error(
-          fmt::format("[[log.columns]] \"{}\": delay_s = \"estimate\": the logs do not say ({:.3g} +- {:.2g} rows of "
-                      "{:.4g} s fit best); write it in seconds, or leave it out",
-                      columns[j]->name, found[j].samples, found[j].deviation, period_s));
+      throw codegen::Error(fmt::format(
+          "[[log.columns]] \"{}\": delay_s = \"estimate\": the logs do not determine it ({:.3g} +- {:.2g} rows of "
+          "{:.4g} s fit best); write it in seconds, or leave it out",
+          columns[j]->name, found[j].samples, found[j].deviation, period_s));
     columns[j]->find_delay = false;
     // Four digits, which the text of the experiment keeps and which hide the rounding of other machines.
     columns[j]->delay_s = std::stod(fmt::format("{:.4g}", std::max(found[j].samples + earlier, 0.0) * period_s));

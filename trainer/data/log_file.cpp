@@ -72,7 +72,7 @@ void check_empty(const LogFile& log) {
   }
   if (whole.empty()) return;
   throw Error(
-      fmt::format("{}: no row has a value of {}{}: leave the log out, or take the column out of [[log.columns]]",
+      fmt::format("{}: no row has a value of {}{}: leave the log out, or remove the column from [[log.columns]]",
                   log.path, whole, most.empty() ? "" : fmt::format("; mostly empty: {}", most)));
 }
 
@@ -178,8 +178,7 @@ std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vec
   }
   if (late > 0)
     notes.push_back(
-        fmt::format("{}: {} rows are left out, at whose place in a run an output or an input has not had a value "
-                    "yet",
+        fmt::format("{}: {} rows at the start of runs are left out, because an output or an input has no value yet",
                     log.name, late));
   if (gaps > 0)
     notes.push_back(

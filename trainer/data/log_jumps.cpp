@@ -278,8 +278,8 @@ void note_quaternions(const Samples& samples, const std::vector<Signal>& signals
     if (here.are_of(is_found) && is_flip(here) && rows++ == 0) first = here.row;
   const Signal& signal = *found.front();
   notes.push_back(
-      fmt::format("{}: {} {} the sign, {:.3g} to {:.3g}{}: a quaternion, whose q and -q are one attitude? take "
-                  "elements of its rotation "
+      fmt::format("{}: {} {} the sign, {:.3g} to {:.3g}{}: a quaternion, whose q and -q are one attitude? use elements "
+                  "of its rotation "
                   "matrix instead, in the log{}: 1 - 2 (q_y^2 + q_z^2), 2 (q_x q_y + q_w q_z), ...",
                   samples.place(first), quoted(found), found.size() == 1 ? "changes" : "change", signal.x[first - 1],
                   signal.x[first], how_many(rows), are_measured ? " and in flight" : ""));

@@ -39,11 +39,10 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                       : column.period_s != 0.0          ? "period_s"
                                                         : nullptr;
   if (other != nullptr)
-    fail_at(
-        column, all,
-        fmt::format("{} is of a column of the file, and the expression computes this one of others: remove {}, or the "
-                    "expression",
-                    other, other));
+    fail_at(column, all,
+            fmt::format("{} describes a column of the file, but an expression computes this one from others: remove "
+                        "{}, or the expression",
+                        other, other));
 }
 
 /// Appends the computed outputs behind the measured ones.
@@ -111,8 +110,8 @@ void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) 
     for (const Channel& channel : *channels)
       if (!taken.insert(channel.name).second)
         throw KeyError(key_of(channel.name, all),
-                       fmt::format("[[log.columns]] \"{}\": the name is taken: what is both an output and a state is "
-                                   "listed twice, under two names and with the same `column`",
+                       fmt::format("[[log.columns]] \"{}\": the name is used twice: list a column that is both output "
+                                   "and state twice, under two names and with the same `column`",
                                    channel.name));
 }
 

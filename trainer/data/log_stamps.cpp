@@ -41,9 +41,10 @@ Readings read_clock_texts(const CsvTable& table, const std::string& heading) {
     const std::optional<ClockText> clock = read_clock_text(cell);
     if (row == 0 && clock) read.has_date = clock->has_date, first_day = clock->day;
     if (!clock || clock->has_date != read.has_date)
-      throw Error(fmt::format("{}:{}:{}: \"{}\" is not a time as the first one, \"{}\": correct the row or delete it",
-                              table.file(), table.line(row), ascii(heading), ascii(cell.substr(0, 40)),
-                              ascii(cells.front().substr(0, 40))));
+      throw Error(fmt::format(
+          "{}:{}:{}: \"{}\" is not a time in the form of the first one, \"{}\": correct the row or delete it",
+          table.file(), table.line(row), ascii(heading), ascii(cell.substr(0, 40)),
+          ascii(cells.front().substr(0, 40))));
     read.stamps[row] = kDay_s * static_cast<double>(clock->day - first_day) + clock->seconds;
   }
   return read;

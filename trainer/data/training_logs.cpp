@@ -200,8 +200,8 @@ void note_shared_rows(const std::vector<LogContent>& training, const std::vector
     for (const LogContent& trained : training)
       if (const double share = share_found(log.windows, trained.windows); share > 0.0)
         notes.push_back(
-            fmt::format("{}: {:.3g} % of its moving rows stand in the training log {} too: a copy or a cut "
-                        "of it, whose errors are those of training; take it out of {}_files",
+            fmt::format("{}: {:.3g} % of its moving rows are also in the training log {}: it is a copy or a part of "
+                        "it, so its errors are those of training; remove it from {}_files",
                         log.name, 100.0 * share, trained.name, split));
 }
 

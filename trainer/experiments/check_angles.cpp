@@ -85,7 +85,7 @@ void check_plant_states(const Experiment& e, const PlantChannels& channels, cons
   if (structure_of(e.observer).flies_inputs() && !channels.plain())
     throw KeyError("plant",
                    "[plant] a driven observer carries the input field of the plant's own states: sine, cosine and "
-                   "another order in `estimated` are not for it; remove them, or take structure = \"kkl\"");
+                   "another order in `estimated` are not for it; remove them, or use structure = \"kkl\"");
 }
 
 }  // namespace

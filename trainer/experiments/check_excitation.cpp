@@ -46,7 +46,7 @@ void check_amplitude(const ExcitationConfig& excitation, const std::vector<codeg
   const auto& amplitude = excitation.amplitude;
   if (amplitude.empty()) return;
   if (amplitude.size() != 2)
-    refuse_excitation("amplitude", fmt::format(" has {} numbers; give [least, most]", amplitude.size()));
+    refuse_excitation("amplitude", fmt::format(" has {} numbers; give [smallest, largest]", amplitude.size()));
   if (!(amplitude[0] <= amplitude[1]))
     refuse_excitation("amplitude", fmt::format(" is [{}, {}]; the first must not be above the second",
                                                shortest_text(amplitude[0]), shortest_text(amplitude[1])));
@@ -54,7 +54,7 @@ void check_amplitude(const ExcitationConfig& excitation, const std::vector<codeg
     const double half = 0.5 * excitation.high[j] - 0.5 * excitation.low[j];
     constexpr double kRounding = 1e-12;  // relative to the half range, which is rounded: 0.1 to 0.7 gives 0.3
     if (amplitude[1] > half * (1.0 + kRounding))
-      refuse_excitation("amplitude", fmt::format("[1] is {}; about the middle of the range of {} there is room for {}",
+      refuse_excitation("amplitude", fmt::format("[1] is {}; the range of {} allows at most {} about its middle",
                                                  shortest_text(amplitude[1]), inputs[j].name, shortest_text(half)));
   }
 }

@@ -91,11 +91,10 @@ void check_plant_and_simulation(const Experiment& e) {
                                "be the longer one",
                                shortest_text(s.horizon_s), shortest_text(s.sample_period_s)));
   if (samples > kMostSamples || samples * s.trajectories * static_cast<double>(nx) > kMostNumbers)
-    throw KeyError(
-        "simulation.horizon_s",
-        fmt::format("[simulation] asks for {} trajectories of {:.3g} samples; that does not fit into memory: take a "
-                    "shorter horizon, a longer sample period or fewer trajectories",
-                    s.trajectories, samples));
+    throw KeyError("simulation.horizon_s",
+                   fmt::format("[simulation] asks for {} trajectories of {:.3g} samples; that does not fit into "
+                               "memory: use a shorter horizon, a longer sample period or fewer trajectories",
+                               s.trajectories, samples));
   if (e.training.segment_s > s.horizon_s)
     throw KeyError("training.segment_s", fmt::format("[training] segment_s is {}; it must be at most horizon_s, {}",
                                                      shortest_text(e.training.segment_s), shortest_text(s.horizon_s)));

@@ -29,10 +29,12 @@ void check_input_noise(const Experiment& e) {
   const int inputs = observer_channels(e).read_inputs;
   if (inputs == 0)
     refuse(
-        "is of inputs that the observer reads, and it reads none; give [excitation] or a column with role = \"input\", "
+        "is the noise of inputs that the observer reads, but it reads none; give [excitation] or a column with role = "
+        "\"input\", "
         "or remove it");
   for (const SensorNoise& own : noise.sensors)
-    if (own.jitter > 0.0) refuse("has jitter, which is of the instants of measurements; write it in [training] noise");
+    if (own.jitter > 0.0)
+      refuse("has jitter, which applies to the times of measurements; write it in [training] noise");
   try {
     check_noise(noise, static_cast<std::size_t>(inputs));
   } catch (const codegen::Error& error) {
@@ -43,7 +45,7 @@ void check_input_noise(const Experiment& e) {
 void check_steps(const Experiment& e) {
   if (e.training.steps == 0 && !e.inverse_map.linear_path)
     throw KeyError("training.steps",
-                   "[training] steps = 0 ships the start of the training, which is random without a linear path; set "
+                   "[training] steps = 0 exports the untrained network, which is random without a linear path; set "
                    "[inverse_map] linear_path = true, or steps");
 }
 
@@ -57,16 +59,16 @@ void check_training(const Experiment& e) {
     throw KeyError("training.early_share", "[training] early_share needs early_s, its time; set both or neither");
   if (t.segment_s == 0.0 && (t.first_segment_s > 0.0 || t.first_share > 0.0))
     throw KeyError(t.first_segment_s > 0.0 ? "training.first_segment_s" : "training.first_share",
-                   "[training] first_segment_s and first_share are about random segments, and trajectories are taken "
-                   "whole; set segment_s, or remove them");
+                   "[training] first_segment_s and first_share apply to random segments, but here each trajectory is "
+                   "one segment; set segment_s, or remove them");
   if (t.first_segment_s > t.segment_s)
     throw KeyError("training.first_segment_s",
                    fmt::format("[training] first_segment_s is {}; segments grow from there to segment_s, {}",
                                shortest_text(t.first_segment_s), shortest_text(t.segment_s)));
   if (!t.noise_mixture.empty() && !t.noise.none())
-    throw KeyError("training.noise_mixture",
-                   "[training] noise_mixture stands instead of noise, and both are given; put that noise among the "
-                   "mixture, and remove noise");
+    throw KeyError(
+        "training.noise_mixture",
+        "[training] noise_mixture replaces noise, and both are given; add that noise to the mixture and remove noise");
   if (t.noise_level_max > 0.0 && t.noise_mixture.empty() && t.noise.none() && t.input_noise.none())
     throw KeyError(
         "training.noise_level_max",
@@ -106,31 +108,28 @@ void check_transient(const Experiment& e) {
                                "\"keep\"",
                                how));
   if (t.early_share > 0.0)
-    throw KeyError("training.early_share",
-                   fmt::format("[training] early_share takes samples from the transient, which transient = "
-                               "\"{}\" keeps out; remove one of them",
-                               how));
+    throw KeyError("training.early_share", fmt::format("[training] early_share draws samples from the transient, which "
+                                                       "transient = \"{}\" leaves out; remove one of them",
+                                                       how));
   const double t_c = transient_time_s(e.observer, t.transient_factor);
   if (!std::isfinite(t_c))
-    throw KeyError("training.transient",
-                   fmt::format("[training] transient = \"{}\" is of a filter by its eigenvalues, and this "
-                               "observer has none; set transient = \"keep\"",
-                               how));
+    throw KeyError("training.transient", fmt::format("[training] transient = \"{}\" needs the eigenvalues of a filter, "
+                                                     "and this observer has none; set transient = \"keep\"",
+                                                     how));
   if (!e.plant) return;
   const SimulationConfig& s = e.simulation;
   const std::string length = fmt::format("the transient lasts {:.4g} s (transient_factor / min |Re lambda|)", t_c);
   if (t.transient == Transient::kDrop && t_c >= s.horizon_s)
-    throw KeyError("training.transient",
-                   fmt::format("[training] transient = \"drop\" leaves nothing of the horizon of {} s: "
-                               "{}; take faster eigenvalues or a longer horizon",
-                               shortest_text(s.horizon_s), length));
+    throw KeyError("training.transient", fmt::format("[training] transient = \"drop\" leaves nothing of the horizon of "
+                                                     "{} s: {}; use faster eigenvalues or a longer horizon",
+                                                     shortest_text(s.horizon_s), length));
   const double samples = (t_c + s.horizon_s) / s.sample_period_s;
   if (t.transient == Transient::kBackward &&
       (samples > kMostSamples ||
        samples * s.trajectories * static_cast<double>(make_plant(*e.plant)->nx()) > kMostNumbers))
     throw KeyError("training.transient",
                    fmt::format("[training] transient = \"backward\" makes trajectories of {:.3g} samples, "
-                               "which do not fit into memory: {}; take faster eigenvalues",
+                               "which do not fit into memory: {}; use faster eigenvalues",
                                samples, length));
 }
 

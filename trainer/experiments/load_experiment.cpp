@@ -85,9 +85,10 @@ void check_evaluation(const Experiment& e) {
   };
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const EvaluationWindow& window = windows[i];
-    if (window.name == "all") refuse(window, "is the whole run, which is always told; give it another name");
+    if (window.name == "all")
+      refuse(window, "is the name of the whole run, which is always reported; choose another name");
     for (std::size_t j = 0; j < i; ++j)
-      if (windows[j].name == window.name) refuse(window, "stands there twice; give one of them another name");
+      if (windows[j].name == window.name) refuse(window, "is listed twice; give one of them another name");
     if (!(window.from_s < window.to_s))
       refuse(window, fmt::format("runs from {} s to {} s; from_s must be the smaller one", shortest_text(window.from_s),
                                  shortest_text(window.to_s)));
@@ -222,8 +223,9 @@ LogConfig read_log_columns(const std::string& path) {
   SectionTables reader(path, places);
   for (const auto& [name, value] : members_in_order(root))
     if (name != "log" && name != "name")  // `nlo new log` writes the name into its file
-      throw codegen::Error(fmt::format("{}: {} has no use in a table of columns; it holds [[log.columns]] alone",
-                                       reader.place(*value), toml_text(name)));
+      throw codegen::Error(
+          fmt::format("{}: {} has no use in a file of columns, which holds only [[log.columns]]; remove it",
+                      reader.place(*value), toml_text(name)));
   const Toml* table = reader.section(root, "log", "log");
   if (table == nullptr)
     throw codegen::Error(

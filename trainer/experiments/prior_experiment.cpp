@@ -40,7 +40,7 @@ void encode(ColumnConfig& column) {
   if (column.wrap == 0.0) return;
   if (column.wrap != kTurn)
     no_prior(
-        fmt::format("the wrap of \"{}\" is {}, and a prior takes an angle in radians: convert the column to rad by its "
+        fmt::format("the wrap of \"{}\" is {}, but a prior needs angles in radians: convert the column to rad by its "
                     "unit and file_unit, and write the equations for rad",
                     column.name, shortest_text(column.wrap)));
   column.encoding = Encoding::kSincos;
@@ -104,7 +104,7 @@ class Columns {
     ColumnConfig column = *find_column(log_, ColumnRole::kOutput, name);
     if (!column.expression.empty())
       no_prior(
-          fmt::format("the output \"{}\" is computed from other columns, and a prior takes measured outputs", name));
+          fmt::format("the output \"{}\" is computed from other columns, but a prior needs measured outputs", name));
     if (has(plant_.states, name)) {
       column.column = heading_of(column);
       column.name += "_measured";

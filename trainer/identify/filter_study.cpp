@@ -119,7 +119,7 @@ class Study {
         for (const auto& each : estimates) result.push_back(rmse_of(logs_.tuning, each)[i]);
         return result;
       };
-      // The search starts at a filter as fast as three samples: (r / q)^(1/5) = 3 h.
+      // The search starts at a filter whose time constant is three samples: (r / q)^(1/5) = 3 h.
       const double start = -5.0 * std::log10(3.0 * logs_.tuning.sample_period_s);
       const double log_q = coordinate_search(VectorXd::Constant(1, start), costs, false, stop_, 12).x[0];
       filters[i] = with(log_q, source);

@@ -16,7 +16,7 @@ std::string remark(const ParameterEstimate& p) {
   if (p.fixed) return "fixed";
   if (p.at_bound) return "at its bound";
   if (p.unidentified) return "not identified";
-  if (!(2.0 * p.clustered_error < std::abs(p.value))) return "not told from 0";
+  if (!(2.0 * p.clustered_error < std::abs(p.value))) return "may be 0";
   return "";
 }
 
@@ -26,9 +26,9 @@ std::string notes_of(const IdentificationResult& result) {
     if (p.unidentified && !p.at_bound) unidentified += (unidentified.empty() ? "" : ", ") + p.name;
   if (!unidentified.empty())
     notes += fmt::format(
-        "- {}: the logs do not tell {} (the condition number is {}): fix one of them by [identify] "
-        "fixed, or lump them\n",
-        unidentified, unidentified.find(',') == std::string::npos ? "it" : "them apart",
+        "- {}: the logs do not determine {} (the condition number is {}): fix one of them by [identify] "
+        "fixed, or combine them\n",
+        unidentified, unidentified.find(',') == std::string::npos ? "it" : "them separately",
         significant(result.condition, 2));
   constexpr double kFar = 10.0;
   if (result.residual_deviation > kFar)

@@ -137,15 +137,15 @@ IdentificationResult identify(const Identification& identification, const Datase
   ShootingProblem problem(identification, training, pool);
   const ParameterSpace& space = problem.space();
   if (problem.counted() <= space.size())
-    throw codegen::Error(fmt::format("[identify]: {} residuals for {} parameters; take longer segments or more logs",
+    throw codegen::Error(fmt::format("[identify]: {} residuals for {} parameters; use longer segments or more logs",
                                      problem.counted(), space.size()));
   {
     const VectorXd at_start = problem.residuals(VectorXd::Zero(space.size()));
     constexpr double kHopeless = 1e5;  // deviations; beyond it the simulation has diverged
     if (!(at_start.cwiseAbs().maxCoeff() < kHopeless))
       throw codegen::Error(
-          "[plant] parameters: the simulation diverges from the start values; give better ones, "
-          "take shorter segments ([identify] segment_s) or a shorter longest_step_s");
+          "[plant] parameters: the simulation diverges from the start values; give better ones, use shorter segments "
+          "([identify] segment_s) or a shorter longest_step_s");
   }
   const Solution solution = search(problem, identification.identify.iterations, stop, progress);
 

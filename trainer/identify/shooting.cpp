@@ -152,7 +152,7 @@ ShootingProblem::ShootingProblem(const Identification& identification, const Dat
     }
   if (all.empty())
     throw codegen::Error(
-        fmt::format("[identify] segment_s = {} s is longer than every log; take a shorter one", length_s));
+        fmt::format("[identify] segment_s = {} s is longer than every log; choose a shorter one", length_s));
   const auto stride = static_cast<std::size_t>(
       std::max<Index>(1, (total + identification.identify.most_samples - 1) / identification.identify.most_samples));
   for (std::size_t i = 0; i < all.size(); i += stride) {

@@ -44,7 +44,7 @@ void check_counts(const PlantConfig& config) {
   if (config.inputs.empty() && config.input_field.empty()) return;
   if (config.inputs.empty())
     throw KeyError("plant.input_field",
-                   "[plant] input_field is of inputs that have no names; give inputs = [\"u\"], one for each column");
+                   "[plant] input_field needs inputs with names; give inputs = [\"u\"], one for each column");
   if (config.input_field.empty()) return;
   if (config.input_field.size() != config.states.size())
     throw KeyError("plant.input_field",

@@ -46,10 +46,11 @@ LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const Simula
         throw codegen::Error(fmt::format("{}:{}: {} does not increase; remove the row, or leave log_time out",
                                          excitation.log, table.line(row), excitation.log_time));
       if (!(step_s <= longest_s))
-        throw codegen::Error(fmt::format(
-            "{}:{}: {} is {} s after the row before, and {} s, {:g} sample periods, are the most; remove the row",
-            excitation.log, table.line(row), excitation.log_time, shortest_text(step_s), shortest_text(longest_s),
-            kMostPeriods));
+        throw codegen::Error(
+            fmt::format("{}:{}: {} is {} s after the row before, and at most {} s ({:g} sample periods) are allowed; "
+                        "remove the row",
+                        excitation.log, table.line(row), excitation.log_time, shortest_text(step_s),
+                        shortest_text(longest_s), kMostPeriods));
     }
   }
   log.values.resize(static_cast<Eigen::Index>(excitation.log_columns.size()), table.rows());

@@ -89,7 +89,8 @@ void refuse_curved_inputs(const Plant& plant, const Eigen::MatrixXd& points) {
   if (most <= kRounding * std::max(1.0, exact.cwiseAbs().maxCoeff())) return;
   throw codegen::Error(fmt::format(
       "plant {}: f(x, u) is not affine in its inputs: at x = ({}), u = ({}) it is {:.3g} off f(x) + g(x) u; a driven "
-      "observer carries g(x) = W x + b: call what acts linearly the input (u^2 as v), or take another structure",
+      "observer carries g(x) = W x + b: define as input the quantity that acts linearly (v = u^2), or choose another "
+      "structure",
       plant.name(), fmt::join(points.col(column), ", "), fmt::join(u.col(column), ", "), most));
 }
 
@@ -125,7 +126,7 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
     throw codegen::Error(fmt::format(
         "plant {}: the field of input {} is not affine in the state: at x = ({}) it differs from the affine fit by "
         "{:.3g}; a "
-        "driven observer carries g(x) = W x + b, so take a smaller box, or states in which g is affine",
+        "driven observer carries g(x) = W x + b, so use a smaller box, or states in which g is affine",
         plant.name(), plant.inputs()[static_cast<std::size_t>(j)].name, fmt::join(points.col(column), ", "), most));
   }
   return field;

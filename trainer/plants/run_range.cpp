@@ -81,9 +81,9 @@ std::string of_a_count(const Experiment& experiment, const std::string& state) {
         state);
   return fmt::format(
       "Nothing of the plant depends on it. If {} is an angle, give its full turn by [plant] state_wraps and "
-      "output_wraps. "
-      "If it counts without end, take [observer] features = \"latent_minus_output\" and output_injection = "
-      "\"unit_gain\", which make its output relative; else it is clamped in flight to the range of training",
+      "output_wraps. If it counts without end, set [observer] features = \"latent_minus_output\" and output_injection "
+      "= "
+      "\"unit_gain\", which make its output relative; otherwise it is clamped in flight to the range of training",
       state);
 }
 
@@ -95,9 +95,9 @@ std::string what_helps(const Experiment& experiment, const Dataset& runs, const 
   const std::string horizon =
       fmt::format("a shorter [simulation] horizon_s (now {})", shortest_text(experiment.simulation.horizon_s));
   if (experiment.feedback)
-    return meant + "its [feedback] does not hold it: change the law or the actuators' limits, or take " + horizon;
+    return meant + "its [feedback] does not hold it: change the law or the actuators' limits, or use " + horizon;
   if (!runs.inputs.empty() || !experiment.plant->inputs.empty())
-    return meant + "close the loop that holds it by [feedback], or take " + horizon;
+    return meant + "close the loop that holds it by [feedback], or use " + horizon;
   return meant + "take " + horizon;
 }
 

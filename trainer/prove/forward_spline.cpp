@@ -26,7 +26,7 @@ ForwardSpline::ForwardSpline(const PlantEnclosure& plant, LatentSystem system, c
       cells_(region.cells()) {
   const Eigen::Index nx = plant_.nx(), nz = system_.nz(), n = 2 * shared_;
   if (nx > static_cast<Eigen::Index>(kMostStates))
-    throw codegen::Error("a proof over a region of states takes plants with at most 3 of them");
+    throw codegen::Error("a proof over a region of states needs a plant with at most 3 states");
   powers_ = all_powers<Powers>(static_cast<std::size_t>(nx), static_cast<int>(n) - 1);
   // Each corner has m^n_x unknowns. A cell lists its own state by state: those of the left end, then of the right one.
   std::vector<Eigen::Index> first_of_corner;

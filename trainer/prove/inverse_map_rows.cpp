@@ -28,9 +28,9 @@ std::string reason_against_map(const codegen::Model& model) {
   const codegen::Network* map = codegen::inverse_map(model);
   if (map == nullptr) return "z is the estimate: there is no T*";
   if (!map->feature_clocks.empty())
-    return "T* reads products of z with clocks (clock_products), and the proofs take features that are linear in z";
+    return "T* reads products of z with clocks (clock_products), but the proofs need features that are linear in z";
   if (!map->fallback.outputs.empty())
-    return "T* falls back to linear rows, and the proofs take a network alone: train without [inverse_map] fallback";
+    return "T* falls back to linear rows, but the proofs need a network alone: train without [inverse_map] fallback";
   return {};
 }
 

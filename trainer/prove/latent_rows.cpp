@@ -92,7 +92,7 @@ CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) 
     row.id = "latent";
     row.what = "|z|, the largest of all units, whatever is measured";
     row.bound = limit->maxCoeff();
-    row.note = "by the equations: a unit moves towards a value within that, and not past it";
+    row.note = "by the equations: a unit moves towards a value within the bound, and never past this value";
     return {row};
   }
   if (!moves_linearly(model))
@@ -109,7 +109,7 @@ CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) 
     row.what = fmt::format("|z{} - {}| after any readings", i + 1, shortest_text(middle(i)));
     row.bound = upward(std::max(hull.high(i) - middle(i), middle(i) - hull.low(i)), 1);
     row.found = std::max(reached.high(i) - middle(i), middle(i) - reached.low(i));
-    row.where = "by readings at their ends, the sign of each chosen for this coordinate";
+    row.where = "by readings at the ends of their ranges, chosen by the sign of their effect on this coordinate";
     row.note = fmt::format("in [{}, {}], and training filled [{}, {}]", significant(hull.low(i), 4),
                            significant(hull.high(i), 4), significant(model.latent_min(i), 4),
                            significant(model.latent_max(i), 4));

@@ -104,8 +104,8 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
       rad *= raised;
     }
     if (m + 1 == layers_.size()) break;
-    // The pre-activations: by the mean value theorem around the centre, by the ranges of the layer before, and by its
-    // affine functions; each widened by its rounding.
+    // Three bounds of the pre-activations: from the mean value theorem around the centre, from the ranges of the
+    // previous layer, and from its affine functions. Each is widened by its rounding.
     LayerRange range;
     range.mid = mid;
     range.rad = rad;

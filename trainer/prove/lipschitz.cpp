@@ -74,7 +74,7 @@ double slope_at(const codegen::Model& model, bool of_output, const Eigen::Vector
   return spectral_norm(of_output ? jacobian.rightCols(readings_of_map(model)) : jacobian.leftCols(model.nz()));
 }
 
-/// Returns the number of rounds for a fifth of the work, at most ten.
+/// Returns the number of balancing rounds that take a fifth of the work, at most ten.
 int balancing_rounds(const codegen::Network& network, double cost) {
   constexpr double kMost = 10.0, kShare = 0.2, kTrials = 2.0;  // per neuron
   double neurons = 0.0;

@@ -110,8 +110,8 @@ MapConstants sampled_map_constants(const Plant& plant, const LatentSystem& syste
     map.row_slopes(i) = kInfinity;  // the slope has no limit: T is continuous there, but not differentiable
     map.l_tx = kInfinity;
   }
-  // At the initial states, because near an attractor the backward runs of neighbours diverge, and so would differences
-  // of T.
+  // T is evaluated at the initial states only: near an attractor, backward runs from neighbouring states diverge, and
+  // with them differences of T.
   const Eigen::MatrixXd t = map.start, y = plant.output(initial);
   const Eigen::VectorXd size =
       (apply_d(system, t).colwise().norm() + (system.injection * y).colwise().norm()).transpose();

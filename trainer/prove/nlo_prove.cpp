@@ -49,7 +49,8 @@ StateBox parse_box(const std::string& text, const codegen::Model& model) {
     if (state == model.states.end()) throw refuse(fmt::format("the model has no state \"{}\"", part.substr(0, equals)));
     const auto low = finite_number(part.substr(equals + 1, colon - equals - 1)),
                high = finite_number(part.substr(colon + 1));
-    if (!low || !high || *low >= *high) throw refuse(fmt::format("\"{}\" does not go from less to more", part));
+    if (!low || !high || *low >= *high)
+      throw refuse(fmt::format("\"{}\" does not go from a smaller to a larger number", part));
     const auto i = state - model.states.begin();
     if (box.radius(i) > 0.0) throw refuse(state->name + " is given twice");
     box.centre(i) = 0.5 * (*low + *high);
@@ -91,18 +92,18 @@ void add_options(CLI::App& app, CertifyArguments& arguments) {
   options.value("MODEL", arguments.model, "model.json of nlo train")->required();
   options
       .value("--boxes", arguments.options.boxes,
-             "most boxes of each branch and bound (default: as many as take some minute)")
+             "largest number of boxes in each branch and bound (default: as many as run in about a minute)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000000}));
   options.number("--gap", arguments.options.gap, 0.001, 100.0,
-                 "a branch and bound ends once its bound is above what is found by less than this share");
+                 "a branch and bound ends once its bound exceeds the largest value found by less than this share");
   options.value("--noise", arguments.noise,
-                "of the error that stays: uniform:HALF_WIDTH or none (default: uniform, as strong as in training)");
-  options.shown("--disturbance", arguments.disturbance, "of the error that stays: largest |w| on a state's derivative",
-                "W");
+                "bound of the steady error: noise of the outputs, uniform:HALF_WIDTH or none (default: uniform, as "
+                "strong as in training)");
+  options.shown("--disturbance", arguments.disturbance,
+                "bound of the steady error: largest |w| on a state's derivative", "W");
   options.value(
       "--box", arguments.box,
-      "of the error that stays: where the state stays, x1=LOW:HIGH,x2=LOW:HIGH (default: where simulated runs "
-      "have been)");
+      "bound of the steady error: range of the states, x1=LOW:HIGH,x2=LOW:HIGH (default: range of simulated runs)");
   options.seed(arguments.options.seed, "seed of the searches");
   options.flag("--json", arguments.json, "one JSON object instead of the table");
   options.flag("-q,--quiet", arguments.quiet, "no progress on stderr");

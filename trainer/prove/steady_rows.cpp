@@ -24,7 +24,7 @@ constexpr std::size_t kMostCells = 4096;
 std::string reason_against(const codegen::Model& model, const CertifyOptions& options) {
   if (std::string why = reason_against_plant(model, options); !why.empty()) return why;
   if (static_cast<std::size_t>(model.nx()) > ForwardSpline::kMostStates)
-    return fmt::format("the proof takes plants with at most {} states", ForwardSpline::kMostStates);
+    return fmt::format("the proof needs a plant with at most {} states", ForwardSpline::kMostStates);
   return {};
 }
 

@@ -136,8 +136,8 @@ std::span<const Item> items() {
        "exams",
        "Driven observers: the benchmark of HyperKKL",
        "arXiv 2603.29744",
-       "Of two methods with 125,000 multiply-adds, the best SMAPE in each cell, for four plants under four kinds of "
-       "input; of Lorenz, which stands beside them, none.",
+       "The smaller SMAPE of two methods with 125,000 multiply-adds in each cell, for four plants under four kinds of "
+       "input. They report none for Lorenz, which is listed with them.",
        {"hyperkkl/duffing", "hyperkkl/van_der_pol", "hyperkkl/roessler", "hyperkkl/fitzhugh_nagumo", "hyperkkl/lorenz"},
        20.0,
        hyperkkl},

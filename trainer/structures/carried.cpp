@@ -62,9 +62,10 @@ void check_channels(const Experiment& experiment, const ChannelCounts& channels)
   vectors("states", channels.states);
   for (const codegen::Channel& output : channels.output_channels)
     if (output.wrap > 0.0)
-      refuse("observer.structure", fmt::format("{} is an angle, and a carried observer has components of vectors; take "
-                                               "another structure for it",
-                                               output.name));
+      refuse(
+          "observer.structure",
+          fmt::format("{} is an angle, and a carried observer has components of vectors; use another structure for it",
+                      output.name));
   if (channels.read_inputs != kAxes)
     refuse(
         "observer.structure",

@@ -17,8 +17,8 @@ class DrivenKkl final : public KklFamily {
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
     if (!experiment.plant || channels.inputs == 0)
       throw KeyError("observer.structure",
-                     "[observer] structure = \"driven_kkl\" needs a plant with inputs; name them in [plant] "
-                     "inputs, or take structure = \"kkl\"");
+                     "[observer] structure = \"driven_kkl\" needs a plant with inputs; name them in [plant] inputs, or "
+                     "use structure = \"kkl\"");
     KklFamily::check(experiment, channels);
   }
 

@@ -67,9 +67,8 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
   if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
       experiment.training.dropout > 0.0)
     fail(
-        "names every output, so that no measurement is left; leave one out, or say that samples are lost but now "
-        "and "
-        "then: [training] dropout = 0 and a noise with +missing");
+        "names every output, so that no measurement is left; leave one out, or, if samples are only lost now and then, "
+        "set [training] dropout = 0 and a noise with +missing");
 }
 
 codegen::SensorFailures failing_sensors(const Experiment& experiment, const Dataset& training) {

@@ -41,9 +41,9 @@ class Gated final : public TrainableStructure {
   std::vector<Key<ObserverConfig>> own_keys() const override {
     std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
     for (Key<ObserverConfig>& of_units : unit_keys()) keys.push_back(std::move(of_units));
-    keys.push_back(own_key<ObserverConfig>(key(
-        "contraction", &GatedConfig::contraction, between(0, 0.999),
-        "gated: how far units may couple, below 1, so that z provably forgets where it started; 0: as they learn")));
+    keys.push_back(own_key<ObserverConfig>(key("contraction", &GatedConfig::contraction, between(0, 0.999),
+                                               "gated: limit of the coupling between units, below 1, so that z "
+                                               "provably forgets its initial value; 0: no limit")));
     return keys;
   }
 

@@ -32,7 +32,7 @@ class General final : public TrainableStructure {
                      "[observer] clocks_s are rows of D; the general observer has none: remove them");
     if (o.features != FeatureSet::kLatent)
       throw KeyError("observer.features",
-                     fmt::format("[observer] features is \"{}\", and G of the general observer reads z alone; "
+                     fmt::format("[observer] features is \"{}\", but G of the general observer reads only z; "
                                  "remove it",
                                  to_name(o.features)));
     check_zero_start(o, "the general observer");

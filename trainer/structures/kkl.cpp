@@ -24,11 +24,11 @@ class Kkl final : public KklFamily {
     std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
     keys.push_back(own_key<ObserverConfig>(
         key("saturation", &KklConfig::saturation, at_least(0),
-            "kkl: T* follows z this many half ranges beyond its domain, no further; 0: wherever z goes")));
+            "kkl: T* reads z limited to its domain and this many half ranges beyond; 0: without limit")));
     keys.push_back(
         own_key<ObserverConfig>(key("clock_products", &KklConfig::clock_products, names_of<ClockProductSet>(),
-                                    "kkl: features that T* reads once more, times each of clocks_s: none, those with "
-                                    "z, or all; for the transient")));
+                                    "kkl: features that T* also reads multiplied by each of clocks_s, which helps in "
+                                    "the transient: none, those with z, or all")));
     return keys;
   }
 

@@ -36,12 +36,11 @@ void check_latent_step(const ObserverConfig& observer, double sample_period_s) {
     const auto x = lambda * sample_period_s;
     const auto factor = 1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0)));
     if (std::abs(factor) < 1.0) return;
-    throw KeyError(
-        "observer.hold",
-        fmt::format("unstable step: hold = \"rk4\" multiplies the latent state of eigenvalue {} by {:.3g} in "
-                    "every sample of {} s; take a smaller sample period (|lambda| h < 2.78), or hold = "
-                    "\"first_order\"",
-                    shown, std::abs(factor), shortest_text(sample_period_s)));
+    throw KeyError("observer.hold",
+                   fmt::format("unstable step: hold = \"rk4\" multiplies the latent state of eigenvalue {} by {:.3g} "
+                               "in every sample of {} s; use a smaller sample period (|lambda| h < 2.78), or hold = "
+                               "\"first_order\"",
+                               shown, std::abs(factor), shortest_text(sample_period_s)));
   };
   for (const double lambda : observer.eigenvalues) check(lambda, shortest_text(lambda));
   for (const auto& [re, im] : observer.pairs)
@@ -50,7 +49,7 @@ void check_latent_step(const ObserverConfig& observer, double sample_period_s) {
 
 void check_zero_start(const ObserverConfig& observer, const char* what) {
   if (observer.start != LatentStart::kZero)
-    throw KeyError("observer.start", fmt::format("[observer] start is \"{}\", and {} starts from z = 0; remove it",
+    throw KeyError("observer.start", fmt::format("[observer] start is \"{}\", but {} starts from z = 0; remove it",
                                                  to_name(observer.start), what));
 }
 

@@ -133,7 +133,7 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu) {
     throw KeyError(
         "observer.gain",
         fmt::format(
-            "[observer] gain: A - G C has the eigenvalue {}{}{}i, which does not decay; take a larger gain, or let "
+            "[observer] gain: A - G C has the eigenvalue {}{}{}i, which does not decay; use a larger gain, or let "
             "gain_poles or gain_noise design it",
             shortest_text(lambda.real()), lambda.imag() < 0.0 ? "-" : "+", shortest_text(std::abs(lambda.imag()))));
   }

@@ -53,8 +53,8 @@ void refuse(const char* key, const std::string& why) {
 void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
   if (known_plant(experiment) == nullptr)
     refuse("observer.structure",
-           "[observer] structure \"prior\" takes the equations of [plant], and there are logs alone; add what is "
-           "known, or take another structure");
+           "[observer] structure \"prior\" needs the equations of [plant], but there are only logs; add the known "
+           "equations, or use another structure");
   const PlantConfig& plant = *known_plant(experiment);
   if (experiment.known && !plant.estimated.empty())
     refuse("plant.estimated",

@@ -14,7 +14,7 @@ import numpy as np
 
 import nlo
 
-MODELS = pathlib.Path(os.environ["NLO_TEST_MODELS"])  # models that export_model writes: each feature of a model is in one of them
+MODELS = pathlib.Path(os.environ["NLO_TEST_MODELS"])  # models that export_model writes, which cover all features
 VAN_DER_POL = pathlib.Path(os.environ["NLO_SOURCE_DIR"]) / "examples/models/van_der_pol.json"
 
 
@@ -23,7 +23,7 @@ def models():
 
 
 def measured(model, samples=60):
-    """Outputs and inputs inside their ranges; a reading of each output is missing."""
+    """Returns outputs and inputs within their ranges; one reading of each output is missing."""
     def waves(channels):
         k = np.arange(samples)[:, np.newaxis]
         low = np.array([max(channel.low, -1.0) for channel in channels])
@@ -36,7 +36,7 @@ def measured(model, samples=60):
 
 
 class Models(unittest.TestCase):
-    def test_every_structure_runs_as_it_steps(self):
+    def test_a_run_equals_its_steps_for_every_structure(self):
         structures = set()
         for model in models():
             with self.subTest(model=model.name):
@@ -47,7 +47,7 @@ class Models(unittest.TestCase):
                     status = observer.step(y[k], None if u is None else u[k])
                     self.assertEqual(status, run.status[k])
                     np.testing.assert_array_equal(observer.latent, run.z[k])
-                    # products of matrices sum in another order than those of vectors
+                    # products with matrices and with vectors sum in a different order
                     rounding = 1e-10 * (1 + np.abs(run.x_hat).max())
                     np.testing.assert_allclose(observer.estimate(), run.x_hat[k], rtol=0, atol=rounding)
                     self.assertEqual(observer.in_domain, run.in_domain[k])
@@ -65,7 +65,7 @@ class Models(unittest.TestCase):
             self.assertEqual([s.unit for s in model.states], [s["unit"] for s in fields["states"]])
             self.assertEqual(model.sample_period_s, fields["sample_period_s"])
 
-    def test_the_latent_system_and_the_map_give_the_run(self):
+    def test_the_latent_system_and_the_map_reproduce_the_run(self):
         model = nlo.Model.load(VAN_DER_POL)
         y = np.sin(0.05 * np.arange(400))
         run = model.run(y, precision="double")
@@ -88,7 +88,7 @@ class Models(unittest.TestCase):
         with self.assertRaisesRegex(nlo.Error, "does not run as D z"):
             nlo.Model.load(MODELS / "gated.json").D
 
-    def test_frames_and_mappings_give_what_arrays_give(self):
+    def test_frames_and_mappings_give_the_results_of_arrays(self):
         model = nlo.Model.load(MODELS / "commanded.json")
         y, u = measured(model)
         table = {channel.name: column for channels, data in ((model.outputs, y), (model.inputs, u))
@@ -97,7 +97,7 @@ class Models(unittest.TestCase):
         with self.assertRaisesRegex(nlo.Error, f"there is no column {model.outputs[0].name}"):
             model.run({"wrong": y})
 
-    def test_wrong_shapes_are_refused_with_what_they_should_be(self):
+    def test_errors_of_wrong_shapes_name_the_right_shape(self):
         model = nlo.Model.load(MODELS / "commanded.json")
         y, u = measured(model)
         for arguments, words in (((y[:, :0], u), "y has the shape"), ((y,), "u is missing"), ((y, u[1:]), "u has"),
@@ -121,14 +121,14 @@ class Models(unittest.TestCase):
             other.step(2.0)
             self.assertFalse(np.array_equal(other.save(), before))
             np.testing.assert_array_equal(first.save(), before)
-            del other  # each frees its own state
+            del other  # each observer frees its own state
         self.assertIs(copies.deepcopy(model), model)
 
     def test_masked_values_none_and_na_are_missing_samples(self):
-        class NAType:  # as pandas has it
+        class NAType:  # like that of pandas
             pass
 
-        class Series:  # as pandas has it: numpy cannot read its NA
+        class Series:  # like that of pandas, whose NA numpy cannot read
             def to_numpy(self, dtype, na_value):
                 return np.array([0.1, na_value, 0.2], dtype=dtype)
 
@@ -174,7 +174,7 @@ class Models(unittest.TestCase):
         with self.assertRaisesRegex(nlo.Error, "eigenvalues"):
             nlo.Model(json.dumps(fields).encode())
 
-    def test_observers_are_saved_copied_reset_and_pickled_models_are_the_same(self):
+    def test_observers_can_be_saved_copied_and_reset_and_models_pickled(self):
         for model in models():
             y, u = measured(model)
             observer = model.observer()
@@ -193,10 +193,10 @@ class Models(unittest.TestCase):
             np.testing.assert_array_equal(restored.save(), observer.save())
             observer.reset()
             np.testing.assert_array_equal(observer.save(), model.observer().save())
-            with self.assertRaisesRegex(nlo.Error, "it is of another model"):
+            with self.assertRaisesRegex(nlo.Error, "it belongs to another model"):
                 observer.restore(np.zeros(2))
 
-    def test_irregular_steps_are_those_of_the_time_stamps(self):
+    def test_irregular_steps_follow_the_time_stamps(self):
         model = nlo.Model.load(VAN_DER_POL)
         t = np.cumsum(model.sample_period_s * (1 + 0.5 * np.sin(np.arange(50))))
         y = np.cos(t)
@@ -208,7 +208,7 @@ class Models(unittest.TestCase):
         self.assertGreater(np.abs(run.z[-1] - model.run(y).z[-1]).max(), 1e-4, "control: steps matter")
         self.assertEqual(observer.step(0.0, dt=-1.0), nlo.Status.REJECTED)
 
-    def test_the_interpreter_runs_on_while_an_observer_runs(self):
+    def test_other_threads_run_while_an_observer_runs(self):
         model = nlo.Model.load(VAN_DER_POL)
         y = np.zeros(400_000)
         with concurrent.futures.ThreadPoolExecutor(1) as pool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The code cells of each notebook run, in order, in an empty folder."""
+"""Runs the code cells of each notebook, in order, in an empty folder."""
 import contextlib
 import io
 import json
@@ -12,7 +12,7 @@ PACKAGE = pathlib.Path(os.environ["NLO_SOURCE_DIR"]) / "bindings/python"
 
 
 def run_in(folder, sources, names):
-    """The names after all sources; an error says in which of them it was."""
+    """Runs the sources and returns the names that they define; an error names its source."""
     here = os.getcwd()
     os.chdir(folder)
     try:
@@ -37,9 +37,9 @@ class Notebooks(unittest.TestCase):
                 names = run_in(folder, code_cells(path), {})
                 self.assertTrue(names["nlo"].validate)
                 for cell in json.loads(path.read_text())["cells"]:
-                    self.assertFalse(cell.get("outputs"), "a notebook is kept without what it printed")
+                    self.assertFalse(cell.get("outputs"), "a notebook must be stored without its output")
 
-    def test_a_cell_that_fails_is_seen(self):
+    def test_a_cell_that_fails_is_detected(self):
         with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(AssertionError, "control"):
             run_in(folder, ["a = 1", "assert a == 2, 'control'"], {})
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Training, evaluation, export and maps from elsewhere, of the package nlo."""
+"""Training, evaluation, export and maps from other libraries, in the package nlo."""
 import json
 import os
 import pathlib
@@ -35,7 +35,7 @@ LOG = {
 
 
 def swing(seed):
-    """A damped swing as a table, from a start of its own."""
+    """Returns a damped swing as a table; each seed has its own initial state."""
     t = 0.02 * np.arange(600)
     phase, size = np.random.default_rng(seed).uniform([0, 0.5], [6, 1.5])
     angle = size * np.exp(-0.1 * t) * np.cos(4 * t + phase)
@@ -43,7 +43,7 @@ def swing(seed):
 
 
 class Frame:
-    """What the package asks of a pandas DataFrame."""
+    """The part of a pandas DataFrame that the package uses."""
 
     def __init__(self, columns):
         self._columns, self.columns = columns, list(columns)
@@ -80,7 +80,7 @@ class Trainings(InAFolder):
                                              r"rate [0-9.e-]+>$")
             self.assertLessEqual({"ekf", "constant", "ridge"}, set(found[0].against))
             self.assertLess(found[0].rmse["rate"], found[0].against["constant"]["rate"])
-        # the same bytes as the command's, whoever calls it
+        # the same bytes as from the command
         again = nlo.train(self.folder / "run/experiment.toml", output=self.folder / "again", seed=3)
         self.assertEqual(again.model.json, training.model.json)
 
@@ -119,7 +119,7 @@ class Trainings(InAFolder):
             nlo.train(long, output=self.folder / "run", progress=interrupt_once)
         self.assertEqual(nlo.Model.load(self.folder / "run/model.json").name, "pendulum")
 
-    def test_what_progress_raises_ends_the_training(self):
+    def test_an_exception_of_progress_ends_the_training(self):
         def stop(row):
             raise ValueError("enough")
 
@@ -147,7 +147,7 @@ class Exports(InAFolder):
         with self.assertRaisesRegex(nlo.Error, "none.h: no such file"):
             nlo.validate(model, self.folder / "none.h")
 
-    def test_a_warning_of_the_command_is_one_of_python(self):
+    def test_a_warning_of_the_command_becomes_a_python_warning(self):
         path = pathlib.Path(os.environ["NLO_TEST_MODELS"]) / "tiny_relu_error.json"
         with self.assertWarnsRegex(UserWarning, "^the standard deviations of its errors are left out"):
             nlo.export(path, "c99", self.folder / "tiny_relu_error.h")
@@ -159,7 +159,7 @@ class Exports(InAFolder):
 
 
 class Tensor:
-    """What the package asks of a torch.Tensor on a device, with gradients."""
+    """The part of a torch.Tensor on a device, with gradients, that the package uses."""
 
     def __init__(self, values):
         self._values = values
@@ -181,7 +181,7 @@ class Maps(InAFolder):
         self.layers = [(random.normal(size=(8, 6)), random.normal(size=8)),
                        (random.normal(size=(2, 8)), np.array([0.1, -0.1]))]
 
-    def test_layers_from_elsewhere_are_the_map_and_go_out_as_a_header(self):
+    def test_layers_from_other_libraries_become_the_map_and_can_be_exported(self):
         state_dict = {"net.0.weight": Tensor(self.layers[0][0]), "net.0.bias": Tensor(self.layers[0][1]),
                       "net.2.weight": Tensor(self.layers[1][0]), "net.2.bias": Tensor(self.layers[1][1])}
         z = self.model.run(np.sin(0.05 * np.arange(100))).z
@@ -195,7 +195,7 @@ class Maps(InAFolder):
         nlo.export(model, "c99", self.folder / "van_der_pol.h")
         self.assertTrue(nlo.validate(model, self.folder / "van_der_pol.h").passed)
 
-    def test_scales_are_of_inputs_and_outputs(self):
+    def test_scales_apply_to_inputs_and_outputs(self):
         z = np.linspace(-0.5, 0.5, 60).reshape(10, 6)
         model = self.model.with_map(self.layers, input_mean=np.full(6, 0.1), input_scale=np.full(6, 2.0),
                                     output_mean=[1.0, 2.0], output_scale=[3.0, 4.0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The blocks of the package's README run, in order, in an empty folder."""
+"""Runs the code blocks of the package's README, in order, in an empty folder."""
 import os
 import pathlib
 import re

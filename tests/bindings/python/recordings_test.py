@@ -40,7 +40,7 @@ class InAFolder(unittest.TestCase):
         return self.folder / name
 
     def refusal(self, function, *arguments):
-        """The error of a call, or an empty text."""
+        """Returns the error of a call, or an empty text."""
         try:
             function(*arguments)
         except nlo.Error as error:
@@ -52,7 +52,7 @@ class InAFolder(unittest.TestCase):
 
 
 class Cdr:
-    """Writes a message as ROS 2 serialises it: each number at a multiple of its size."""
+    """Serialises a message like ROS 2: each number at a multiple of its size."""
 
     def __init__(self, order="<"):
         self.order, self.data = order, b""
@@ -78,7 +78,7 @@ class Cdr:
 
 
 def imu(stamp_ns, x, order="<"):
-    """A sensor_msgs/Imu with the acceleration (x, 2 x, 3 x) and the rate (-x, -2 x, -3 x)."""
+    """Returns a sensor_msgs/Imu with acceleration (x, 2 x, 3 x) and rate (-x, -2 x, -3 x)."""
     message = Cdr(order).header(stamp_ns, "imu_link").add("d", 0, 0, 0, 1, *[7] * 9)
     return message.add("d", -x, -2 * x, -3 * x, *[7] * 9).add("d", x, 2 * x, 3 * x, *[7] * 9).bytes()
 
@@ -95,7 +95,7 @@ class Messages(InAFolder):
     def number(self, of, path, data):
         return cdr.value(cdr.decode(self.types, of, data), cdr.steps_of(self.types, of, path))
 
-    def test_numbers_are_found_behind_texts_and_arrays_in_both_byte_orders(self):
+    def test_numbers_after_texts_and_arrays_are_read_in_both_byte_orders(self):
         for order in "<>":
             data = imu(1_700_000_000_123_456_789, 0.1, order)
             for path, value in (("linear_acceleration.z", 0.1 * 3), ("angular_velocity.y", -0.2), ("orientation.w", 1),
@@ -146,7 +146,7 @@ float64 angle 0.5
         for length in range(len(whole)):
             self.assertRaises(nlo.Error, cdr.decode, self.types, "sensor_msgs/Imu", whole[:length])
 
-    def test_decoding_ends_for_any_bytes_and_definitions(self):
+    def test_decoding_terminates_for_any_bytes_and_definitions(self):
         self.types.define("a/Self", "a/Self inner\nfloat64 x\n")
         self.types.define("a/Many", "a/Self[] inner\nfloat64 x\n")
         self.types.define("a/Huge", "a/Empty[4000000000] inner\nfloat64 x\n")
@@ -194,7 +194,7 @@ class Bag:
 
 class Bags(InAFolder):
     def rig(self, name="rig.db3"):
-        """50 messages of an IMU at 100 Hz, received 3 ms or 4 ms late, a truth at 40 Hz, and a command at 10 Hz."""
+        """Writes 50 messages of an IMU at 100 Hz, received 3 or 4 ms late, a truth at 40 Hz and a command at 10 Hz."""
         with Bag(self.folder / name) as written:
             imus = written.topic("/imu/data", "sensor_msgs/msg/Imu")
             truth = written.topic("/truth", "geometry_msgs/msg/TwistStamped")
@@ -210,14 +210,14 @@ class Bags(InAFolder):
                 written.message(command, START + 100 * MS * k + 35 * MS, float64(k))
         return self.folder / name
 
-    def test_rows_are_the_messages_of_one_topic_and_the_others_fall_between_them(self):
+    def test_rows_follow_one_topic_and_other_topics_fill_cells_between(self):
         columns = ["/imu/data/linear_acceleration.y", "/truth/twist.linear.x", "/truth/twist.angular.z", "/command/data"]
         log = nlo.read_bag(self.rig(), columns, "/imu/data/header.stamp", {"/truth/twist.linear.x": 0})
         self.assertEqual(list(log), ["/imu/data/header.stamp", *columns])
         k = np.arange(50)
         np.testing.assert_allclose(log["/imu/data/header.stamp"], 0.01 * k, rtol=1e-15)
         np.testing.assert_array_equal(log[columns[0]], k)
-        np.testing.assert_allclose(log[columns[1]], 4.0 * k, atol=1e-9)  # 10 a step of 25 ms, linear between
+        np.testing.assert_allclose(log[columns[1]], 4.0 * k, atol=1e-9)  # 10 per step of 25 ms, linear in between
         newest = 10 * k // 25
         is_new = np.diff(newest, prepend=-1) > 0
         np.testing.assert_array_equal(log[columns[2]], np.where(is_new, 10.0 * newest, np.nan))
@@ -226,7 +226,7 @@ class Bags(InAFolder):
         received = nlo.read_bag(self.rig("again.db3"), columns[:1], "/imu/data")
         self.assertAlmostEqual(received["/imu/data"][1], 0.011, delta=1e-12)
 
-    def test_an_angle_is_interpolated_the_shorter_way_and_not_across_a_hole(self):
+    def test_an_angle_is_interpolated_the_shorter_way_but_not_across_a_gap(self):
         with Bag(self.folder / "angle.db3") as written:
             rows, angle = (written.topic(name, "std_msgs/msg/Float64") for name in ("/rows", "/angle"))
             for k in range(100):
@@ -310,7 +310,7 @@ class MatFiles(InAFolder):
                                           3.0 * k, 5.0 * k)):
                 np.testing.assert_array_equal(log[name], values, name)
 
-    def test_without_names_all_vectors_of_the_length_of_most_are_read(self):
+    def test_without_names_all_vectors_of_the_most_frequent_length_are_read(self):
         log = nlo.read_mat(self.rig())
         self.assertLessEqual({"t", "y(1)", "y(2)", "across(1)", "counts", "rig.angle", "signals(1).values"}, set(log))
         self.assertNotIn("short", log)
@@ -372,7 +372,7 @@ class Conversion(InAFolder):
         self.assertEqual(lines[:3], ["t,rig.angle,y(2)", "0.0,0.0,20.0", "0.01,2.0,20.5"])
         self.assertEqual(len(lines), SAMPLES + 1)
 
-    def test_a_folder_stands_for_the_files_of_its_bag(self):
+    def test_a_folder_means_all_files_of_its_bag(self):
         (self.folder / "bag").mkdir()
         for name in ("bag/bag_0.db3", "bag/bag_1.db3"):
             Bags.rig(self, name)
@@ -387,7 +387,7 @@ class Conversion(InAFolder):
             self.assertIn("nlo.convert: error: ", err)
             self.assertIn(what, err)
 
-    def test_the_program_names_the_converter_when_it_is_given_such_a_file(self):
+    def test_the_program_names_the_converter_for_such_a_file(self):
         for name, start in (("rig.mat", b"MATLAB 5.0 MAT-file, Platform: GLNXA64"), ("rig.db3", b"SQLite format 3\0"),
                             ("rig.mcap", b"\x89MCAP0\r\n")):
             ran = subprocess.run([os.environ["NLO_PROGRAM"], "new", "log", self.write(name, start + b"\n\0,1\n" * 30)],

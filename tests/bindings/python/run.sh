@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# A test of the package nlo from the tree, with the library and the program of a build and every example model as a file.
+# Runs a test of the package nlo from the tree, with library and program of a build, and with all example models as
+# files.
 #   usage: run.sh SOURCE_DIR BUILD_DIR WORK_DIR EXPORT_MODEL PYTHON TEST
 set -eu
 source=$1 build=$2 work=$3 export_model=$4 python=$5 test=$6

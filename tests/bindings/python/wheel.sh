@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# The wheel, as a stranger uses it: installed by pip into an empty environment, run in an empty folder.
+# The wheel as a user installs it: by pip into an empty environment, run in an empty folder.
 #   usage: wheel.sh SOURCE_DIR BUILD_DIR WORK_DIR PYTHON
 set -eu
 source=$1 build=$2 work=$3 python=$4
@@ -10,7 +10,7 @@ fail() {
   echo "FAILED: $*"
   exit 1
 }
-# numpy is the system's: nothing is downloaded
+# numpy is that of the system, so nothing is downloaded
 "$python" -m venv --system-site-packages "$work/venv" 2>/dev/null || { echo 'skipped: there is no python3-venv'; exit 77; }
 wheel=$("$python" "$source/bindings/python/make_wheel.py" "$build" -o "$work")
 again=$("$python" "$source/bindings/python/make_wheel.py" "$build" -o "$work/again")

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Drives one exported C99 observer: its golden replay, then a long run over random events, whose hash must be the same
-// on every target. Included once per observer, behind
+// Drives one exported C99 observer: its golden replay, then a long run with random events, whose hash must be the same
+// on each target. Include it once for each observer, after
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
 //   #define NLO_INPUTS 2  // if it reads inputs
 //   #define NLO_SETTLES   // if it can start at a steady state
 //   #define NLO_WATCHED   // if it has a monitor
 //   #define NLO_SETTLES_BY_Y  // if the steady state depends on its outputs alone
-// NLO_STEPS are driven, the first NLO_CALM of them as in flight: 20000 and 4000 unless they are defined.
+// Of NLO_STEPS steps, the first NLO_CALM are as in flight; they default to 20000 and 4000.
 // It defines `int rig_drive(void)`, which prints "rig HASH" and returns 0, or prints where the replay failed.
 // Measurements are made from integers and powers of two, so that nothing rounds, even if the compiler fuses operations.
 
@@ -39,7 +39,7 @@ static void put_hex(uint64_t value) {
   put(text);
 }
 
-// A linear congruential generator; its upper bits are good.
+// A linear congruential generator; only its upper bits are used.
 static uint32_t next_random(uint32_t* state) {
   return *state = *state * 1664525U + 1013904223U;
 }
@@ -56,7 +56,7 @@ static void hash_bytes(uint64_t* hash, const void* bytes, unsigned count) {
 #define NLO_TEXT(a) NLO_TEXT_(a)
 #endif
 
-// A slow triangle of +-4 with a little noise; now and then any bits at all.
+// A slow triangle of +-4 with a little noise, and sometimes arbitrary bits.
 static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
   const uint32_t draw = next_random(random);
   if (hostile && draw >> 31 != 0) {
@@ -105,7 +105,7 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #define NLO_TRUST
 #endif
 
-// One of the many things that can happen to an observer.
+// A step with one of the many events that an observer may meet.
 static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k NLO_MONITOR) {
   NLO_SCALAR y[NLO_(NY)];
   for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= NLO_CALM);
@@ -131,7 +131,7 @@ static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, 
       if (k % 5 == 0) *saved = *o;
       if (k % 5 == 1 && !NLO_(restore)(o, saved)) return NLO_(REJECTED);
       return NLO_(step)(o, y NLO_AND_U);
-    case 7: {  // a flipped bit, the highest of an exponent
+    case 7: {  // a flip of the highest bit of an exponent
       const uint32_t latent = (draw & 0xffffU) % (uint32_t)(sizeof(o->z) / sizeof(o->z[0]));
       if (k % 3 == 0) ((unsigned char*)&o->z[latent])[sizeof(o->z[0]) - 1] ^= 0x40U;
       return NLO_(step)(o, y NLO_AND_U);

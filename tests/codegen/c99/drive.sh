@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# drive_of NAME SCALAR HEADER: the lines of C that drive.h wants of an export whose header is there. For bash, sourced.
+# drive_of NAME SCALAR HEADER: prints the lines of C that drive.h needs for an export with this header. For bash,
+# sourced.
 drive_of() {
   local inputs settles
   inputs=$(sed -n "s/.* $1_NU = \([0-9]*\).*/\1/p" "$3")

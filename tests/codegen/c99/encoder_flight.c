@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Flies the exported observer `encoder` for 20 minutes at 120 rad/s, 20 rad/s up and down: a motor whose encoder counts
- * turns without end (encoder_model() of example_models.h). Prints a hash of all answers and the largest errors of the
- * speed, for readings of all turns and for what is left of the wrap. The hash must be the same for every build.
+ * turns without end (encoder_model() of example_models.h). Prints a hash of all results and the largest errors of the
+ * speed, for readings with all turns and for readings modulo the wrap. The hash must be the same for each build.
  */
 #include <math.h>
 #include <stdint.h>
@@ -41,7 +41,7 @@ static void hash_bytes(const void* bytes, unsigned count) {
   for (unsigned i = 0; i < count; ++i) hash = (hash ^ ((const unsigned char*)bytes)[i]) * 0x100000001b3U;
 }
 
-/* The largest error of the speed after 0.2 s, or -1: a status that is not OK, or outside of the domain. */
+/* Returns the largest error of the speed after 0.2 s, or -1 if a status is not OK or z leaves the domain. */
 static double flown(int modulo) {
   double a[kStates][kStates], b[kStates], x[kStates] = {0.5, 120.0, 0.03, 0.0}, worst = 0.0;
   encoder_observer observer;
@@ -70,6 +70,6 @@ static double flown(int modulo) {
 
 int main(void) {
   const double modulo = flown(1), all = flown(0);
-  printf("encoder %016llx, off by %.3f and %.3f rad/s\n", (unsigned long long)hash, modulo, all);
+  printf("encoder %016llx, errors %.3f and %.3f rad/s\n", (unsigned long long)hash, modulo, all);
   return modulo >= 0.0 && modulo < 2.0 && all >= 0.0 && all < 6.0 ? 0 : 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The C++ runtime's deterministic policy behind the header of a C99 export. Linked in place of NAME.c, it gives the
-// bits that NAME.c must give. With NLO_C99_SINGLE it is the single header, whose class has the same members.
+// The deterministic policy of the C++ runtime behind the header of a C99 export. Linked instead of NAME.c, it gives the
+// bits that NAME.c must give. With NLO_C99_SINGLE it wraps the single header, whose class has the same members.
 //   NLO_C99_SHIM(rig, float)           // after including both headers of the name
 //   NLO_C99_DRIVEN_SHIM(motor, float)  // if it reads inputs
 //   NLO_C99_WARM_SHIM(rig, float)      // if it has a steady state; NLO_C99_DRIVEN_WARM_SHIM: of y and u
@@ -19,7 +19,7 @@
 namespace nlo::shim {
 
 #ifdef NLO_C99_SINGLE
-/// The C++ observer that continues from a C one, and writes itself back.
+/// A C++ observer that continues from a C observer and writes its state back.
 template <class State, class Single>
 class Resumed {
  public:
@@ -44,11 +44,11 @@ class Resumed {
   State& state_;
 };
 #else
-/// The runtime's observer, continued from a state.
+/// The observer of the runtime, continued from a state.
 template <class State, class Model>
 class Resumed {
  public:
-  /// An observer of any structure that also takes states that restore() refuses, such as memory with a flipped bit.
+  /// An observer of any structure that also accepts states that restore() refuses, such as memory with a flipped bit.
   struct Observer : SampledObserver<Model, Arithmetic::kDeterministic> {
     using Base = SampledObserver<Model, Arithmetic::kDeterministic>;
     using Base::Base;
@@ -90,7 +90,7 @@ class Resumed {
 #endif
 
 #ifndef NLO_C99_SINGLE
-/// The monitor of the runtime that continues from a C one, even where restore() would refuse it.
+/// The monitor of the runtime, continued from a C monitor, even if restore() would refuse it.
 template <class C, class Model>
 struct ResumedMonitor {
   using Monitor = nlo::Monitor<Model, Arithmetic::kDeterministic>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The code that flies on a microcontroller as one object file for symbol_audit_core.sh: both policies, both formats.
+// The code that flies on a microcontroller, in one object file for symbol_audit_core.sh: both policies, both formats.
 #include "bench/random_quantised_model.h"
 
 namespace {

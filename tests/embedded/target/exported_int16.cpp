@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An exported int16 observer on a core: the golden samples of its model, whose equations know nothing of integers.
+// An exported int16 observer on a core, compared with the golden samples of its model, which come from the equations in
+// double.
 #include <van_der_pol.h>  // generated, both
 #include <van_der_pol_replay.h>
 
@@ -25,14 +26,14 @@ bool replays(const char* name, Observer observer) {
   return false;
 }
 
-/// The control: one weight of the last layer off by a sixteenth of the largest.
-bool spoilt_model_is_seen() {
-  static constexpr Model kSpoilt = [] {
+/// Control: one weight of the last layer changed by a sixteenth of the largest weight must be detected.
+bool altered_model_is_detected() {
+  static constexpr Model kAltered = [] {
     Model model = kModel;
     model.inverse_map.mlp.tail.tail.layer.weights[0] += 700;
     return model;
   }();
-  van_der_pol::Observer observer{kSpoilt};
+  van_der_pol::Observer observer{kAltered};
   const bool seen = van_der_pol::replay::first_mismatch(observer) != -1;
   board::write(seen ? "control: seen\n" : "control: a wrong weight went unseen\n");
   return seen;
@@ -43,7 +44,7 @@ bool spoilt_model_is_seen() {
 bool run_all() {
   const bool fast = replays("fast: ", van_der_pol::Observer{kModel});
   const bool deterministic = replays("deterministic: ", KklObserver<Model, Arithmetic::kDeterministic>{kModel});
-  return spoilt_model_is_seen() && fast && deterministic;
+  return altered_model_is_detected() && fast && deterministic;
 }
 
 }  // namespace nlo::target

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Arithmetic of floats gives the bits of tests/golden on every core, also with toolchains/cortex_m/floats.S. The
-// numbers are of all kinds: random bits, neighbouring exponents, sums and products half way between floats, denormals,
-// infinities, NaN.
+// Arithmetic of floats gives the bits of tests/golden on each core, also with toolchains/cortex_m/floats.S. The
+// operands are random bits, neighbouring exponents, sums and products half way between floats, denormals, infinities,
+// NaN.
 #include <bit>
 #include <cstdint>
 #include <iterator>
@@ -25,11 +25,11 @@ struct Random {
   }
 };
 
-/// A sum over words that changes if any word changes.
+/// A checksum over words; it changes if any word changes.
 class Sum {
  public:
   void add(std::uint32_t word) { value_ = std::rotl(value_ ^ word, 5) * 0x9e3779b1U; }
-  /// A number; those that are none are the same.
+  /// Adds a number; all NaN count as equal.
   void add(float value) { add(value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000U); }
   void write(const char* name) const {
     board::write(name);
@@ -41,7 +41,7 @@ class Sum {
   std::uint32_t value_ = 0;
 };
 
-// Not folded, not fused.
+// noinline, so that the compiler neither folds nor fuses the operations.
 __attribute__((noinline)) float sum(float a, float b) {
   return a + b;
 }
@@ -106,11 +106,11 @@ void run_all() {
     std::uint32_t a = random(), b = random();
     const std::uint32_t exponent = a & kExponent;
     if (k % 4 == 1)
-      b = (b & ~kExponent) | ((exponent + (random() % 64U << 23U) - (32U << 23U)) & kExponent);  // near it
-    if (k % 4 == 2) b = (a ^ (b & kSign)) + random() % 16U;                                      // nearly the same
+      b = (b & ~kExponent) | ((exponent + (random() % 64U << 23U) - (32U << 23U)) & kExponent);  // a close exponent
+    if (k % 4 == 2) b = (a ^ (b & kSign)) + random() % 16U;                          // nearly equal operands
     if (k % 4 == 3) b = (b & 0x80fff000U) | ((0x7e800000U - exponent) & kExponent);  // the product is about 1
     if (k % 8 == 7) a &= 0x81ffffffU;                                                // denormals
-    if (k % 16 == 9) a &= 0xfffff000U, b &= 0xffffe000U;                             // half way
+    if (k % 16 == 9) a &= 0xfffff000U, b &= 0xffffe000U;                             // half way between floats
     test.pair(a, b);
   }
   test.write();

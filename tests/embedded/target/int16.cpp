@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The int16 kernels: assembly against plain C++ on every size of block and number of pairs, and whole observers, whose
-// estimates must have the bits of tests/golden on every compiler and core.
+// The int16 kernels: assembly equals plain C++ for each block size and number of pairs, and whole observers give the
+// bits of tests/golden with each compiler and core.
 #include <cstdint>
 
 #include "bench/random_quantised_model.h"
@@ -52,7 +52,7 @@ void check_blocks() {
     check_block<5, 25>(random, hash);
     check_block<4, 63>(random, hash);
   }
-  Hash other;  // hash of blocks that not every core has
+  Hash other;  // hash of block sizes that not every core has
   [&]<int kFew>(std::integer_sequence<int, kFew>) {
     if constexpr (kernels::int16::Blocks<kFew>::kWhole > 0) {
       check_block<1, 12>(random, other);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The assembly of Cortex-M and of RISC-V's vectors gives the bits of its plain C++ version, and that one gives there
-// the bits that it gives on the host: hashes to compare with tests/golden. Fused lines come from machines that
-// can fuse.
+// Assembly kernels of Cortex-M and of RISC-V vectors give the bits of their plain C++ version, and that version gives
+// the same bits on the core as on the host: hashes to compare with tests/golden. The lines "fused" come from machines
+// with fused multiply-add.
 #include <nlo/kernels/cortex_m.h>
 #include <nlo/kernels/cortex_m_gates.h>
 #include <nlo/kernels/cortex_m_vectors.h>
@@ -35,11 +35,11 @@ constexpr float kSpecial[] = {0.0F,  -0.0F, 1e-45F, -1e-38F, 1e-20F, 7.75F,  -7.
 
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 void check(Hash& hash) {
-  // A guard behind and before the output: the kernel must stay inside.
+  // A guard before and after the output: the kernel must not write there.
   constexpr float kGuard = 12345.0F;
   bench::RandomUniform random{kIn * 100 + kOut};
   for (int trial = 0; trial < 20; ++trial) {
-    const float scale = trial % 4 == 3 ? 40.0F : 1.0F;  // saturated activations too
+    const float scale = trial % 4 == 3 ? 40.0F : 1.0F;  // also saturated activations
     for (int i = 0; i < kIn * kOut; ++i) weights[i] = rounded(scale * random());
     for (int o = 0; o < kOut; ++o) bias[o] = random();
     for (int i = 0; i < kIn; ++i) in[i] = random();
@@ -48,7 +48,8 @@ void check(Hash& hash) {
     layer_plain<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, plain);
     for (const float x : plain) hash.add(x);
 #if defined(NLO_RISCV_VECTORS)
-    layer_plain<kKind, kArithmetic, kLast, kIn, kOut, false>(weights, bias, in, plain);  // they have no table of tanh
+    layer_plain<kKind, kArithmetic, kLast, kIn, kOut, false>(weights, bias, in,
+                                                             plain);  // plain versions without a table of tanh
 #endif
 #if defined(NLO_CORTEX_M_FLOAT) || defined(NLO_RISCV_VECTORS)
     float guarded[kOut + 2];
@@ -98,7 +99,7 @@ void check_both(Hash& hash) {
   check<kKind, kArithmetic, true, kIn, kOut>(hash);
 }
 
-/// Shapes with whole and broken fives of inputs, and every size of a block.
+/// Numbers of inputs that are and are not multiples of five, and each block size.
 template <Activation kKind, Arithmetic kArithmetic>
 void run(const char* name) {
   Hash hash;
@@ -113,7 +114,7 @@ void run(const char* name) {
   hash.write();
 }
 
-/// The gates of kN units, behind their end a guard.
+/// The gates of kN units, followed by a guard.
 template <Arithmetic kArithmetic, int kN>
 void check_gates(Hash& hash) {
   bench::RandomUniform random{kN};
@@ -154,7 +155,7 @@ void check_gates(Hash& hash) {
   }
 }
 
-/// Numbers of units with whole and broken eights and fives.
+/// Numbers of units that are and are not multiples of eight and five.
 template <Arithmetic kArithmetic>
 void run_gates(const char* name) {
   Hash hash;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The deterministic policy gives the same bits everywhere: hashes of long runs, which must be those of tests/golden on
-// every compiler and core. And the fast policy stays within its bound of the deterministic one.
+// The deterministic policy gives the same bits everywhere: hashes of long runs must equal those of tests/golden with
+// each compiler and core. The fast policy stays within its bound of the deterministic one.
 #include <cstdint>
 #include <limits>
 
@@ -8,7 +8,7 @@
 #include "bench/random_structures.h"
 #include "tests/embedded/target/text.h"
 
-// The control of the tests: fused arithmetic under the name of the deterministic one must be seen.
+// Control of the tests: a build with fused arithmetic in place of the deterministic one must be detected.
 #if !defined(NLO_PARITY_POLICY)
 #define NLO_PARITY_POLICY kDeterministic
 #endif
@@ -17,11 +17,11 @@ namespace nlo::target {
 namespace {
 
 constexpr int kSteps = 100'000;
-constexpr int kGatedSteps = 10'000;  // each costs what an estimate does
-constexpr int kEstimateEvery = 50;   // an estimate takes 80,000 instructions where floats are emulated
+constexpr int kGatedSteps = 10'000;  // a step costs as much as an estimate
+constexpr int kEstimateEvery = 50;   // an estimate takes 80,000 instructions if floats are emulated
 
-// Largest |fast - deterministic| over all estimates, which are of order 1. A sum of n terms rounds by n half units at
-// most: 17 inputs x 3 layers x 6e-8 = 3e-6 if all were to add up.
+// Bound of |fast - deterministic| for estimates of order 1. A sum of n terms has at most n roundings of half a unit in
+// the last place: 17 inputs x 3 layers x 6e-8 = 3e-6 if all add up.
 constexpr float kFastBound = 3e-6F;
 
 constexpr auto kPlain = bench::random_kkl_model<Activation::kTanh, 16, 2>();
@@ -37,17 +37,17 @@ constexpr auto kGated = bench::random_gated_model<6>();
 
 float normal_measurement(bench::RandomUniform& random, int k) {
   const float phase = static_cast<float>(k % 314) / 157.0F - 1.0F;
-  const float wave = rounded(phase * (phase < 0 ? 1.0F + phase : 1.0F - phase));  // the test must not fuse either
+  const float wave = rounded(phase * (phase < 0 ? 1.0F + phase : 1.0F - phase));  // not fused, also in the test
   return rounded(4.0F * wave) + rounded(0.3F * random());
 }
 
-/// Any 32 bits: half of all floats lie outside [1e-19, 1e19], one in 256 is not finite.
+/// A number from any 32 bits: half of all floats lie outside [1e-19, 1e19], and one in 256 is not finite.
 float hostile_measurement(bench::RandomUniform& random) {
   random();
   return std::bit_cast<float>(random.state ^ random.state >> 16);
 }
 
-/// One of the many things that can happen to an observer.
+/// A step with one of the many faults that an observer may meet.
 template <class Observer>
 StepStatus hostile_step(Observer& observer, bench::RandomUniform& random, int k) {
   const float y = random() < 0 ? hostile_measurement(random) : normal_measurement(random, k);
@@ -87,7 +87,8 @@ bool run(const char* name, const Model& model, bool hostile, int steps = kSteps)
     if (k % kEstimateEvery != 0) continue;
     const auto x_hat = observer.estimate();
     for (const float x : x_hat) hash.add(x);
-    // From the same latent state: far from the domain, two latents that differ in a bit are estimated far apart.
+    // From the same latent state: far from the domain, estimates of two latent states that differ in one bit are far
+    // apart.
     if (hostile || !fast.reset(observer.latent(), {{observer.save().y[0]}})) continue;
     const auto x_fast = fast.estimate();
     for (int i = 0; i < 2; ++i) {

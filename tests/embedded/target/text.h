@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Output functions for the programs of this folder, on an emulated board (NLO_ON_BOARD) and on the host. A hash stands
-// for the results of a long run.
+// Output functions for the programs of this folder, on an emulated board (NLO_ON_BOARD) and on the host. Results of a
+// long run are printed as a hash.
 #pragma once
 
 #include <bit>
@@ -22,7 +22,7 @@ inline void write(std::uint32_t value, unsigned base = 10, int digits = 1) {
 
 namespace nlo::target {
 
-/// FNV-1a over the bits of what it is given.
+/// FNV-1a hash over the bits of its arguments.
 class Hash {
  public:
   void add(std::uint32_t word) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Controls of symbol_audit.sh: one defect per -DCONTROL, which the audit must find.
+// Controls of symbol_audit.sh: one defect for each -DCONTROL, which the audit must find.
 #include <cmath>
 #include <cstdlib>
 
@@ -23,7 +23,7 @@ float started = argument * argument;
 extern "C" float audited_loop() {
   return started;
 }
-#elif CONTROL == 5  // double arithmetic by mistake, in a function the compiler has to call
+#elif CONTROL == 5  // double arithmetic by mistake, in a function that the compiler must call
 extern "C" double audited_loop(float y) {
   return std::pow(y, 0.3);
 }

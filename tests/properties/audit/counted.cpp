@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A thousand samples of one kind through an observer of the deterministic policy, for instruction_count.sh to count.
-//   usage: counted KIND     one of the kinds of measurements() below; prints what became of the samples
-// -DANGLE: the measurement is an angle. What must be noticed: -DCONTROL=1, work that only some samples make;
-// -DCONTROL=2, the fast policy, which branches.
+// A thousand samples of one kind through an observer with the deterministic policy, for instruction_count.sh.
+//   usage: counted KIND     one of the kinds of measurements() below; prints the statuses of the samples|-DANGLE: the
+//   measurement is an angle. Controls that must be noticed: -DCONTROL=1, work for only some of the samples;
+//   -DCONTROL=2, the fast policy, which branches.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -34,7 +34,7 @@ constexpr auto kArithmetic = nlo::Arithmetic::kDeterministic;
 #endif
 constinit nlo::KklObserver<decltype(kModel), kArithmetic> observer{kModel};
 
-/// Arguments of step(), which do not depend on the platform.
+/// Measurements for step(), which do not depend on the platform. Returns false for an unknown kind.
 bool measurements(const char* kind, std::array<float, kSamples>& y) {
   using Limits = std::numeric_limits<float>;
   constexpr float kExtremes[] = {Limits::max(),     -Limits::max(), Limits::min(), -Limits::min(), 10.0F, -10.0F,
@@ -54,7 +54,7 @@ bool measurements(const char* kind, std::array<float, kSamples>& y) {
       y[k] = uniform < 0.0F ? -Limits::infinity() : Limits::infinity();
     } else if (std::strcmp(kind, "extreme") == 0) {
       y[k] = kExtremes[k % std::size(kExtremes)];
-    } else if (std::strcmp(kind, "turning") == 0) {  // an angle that goes round and round
+    } else if (std::strcmp(kind, "turning") == 0) {  // an angle that makes full turns
       y[k] = 0.01F * static_cast<float>(static_cast<int>(k * 97 % 628) - 314);
     } else if (std::strcmp(kind, "mixed") == 0) {
       y[k] = k % 7 == 0 ? Limits::quiet_NaN() : k % 5 == 0 ? 1e30F * uniform : 3.0F * uniform;
@@ -67,7 +67,7 @@ bool measurements(const char* kind, std::array<float, kSamples>& y) {
 
 }  // namespace
 
-/// The only function that is counted.
+/// Only the instructions of this function are counted.
 extern "C" __attribute__((noinline)) void counted(const float* y, unsigned* statuses, float* x_hat) {
   for (int k = 0; k < kSamples; ++k) {
     const nlo::StepStatus status = observer.step(y[k]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything that an observer does in flight, as one object file for symbol_audit.sh to look into.
+// All functions that an observer calls in flight, in one object file for symbol_audit.sh.
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
 #include "tests/runtime/structures.h"

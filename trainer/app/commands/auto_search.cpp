@@ -98,7 +98,7 @@ class Search {
     SearchRecord found = search_record_from_json(codegen::read_file(file()), file());
     if (found.identity != record_.identity)
       throw codegen::InputError(fmt::format(
-          "{}: is of another experiment, budget or data; take another -o DIR, or start again without --resume",
+          "{}: belongs to another experiment, budget or data; choose another -o DIR, or start again without --resume",
           file()));
     record_ = std::move(found);
   }

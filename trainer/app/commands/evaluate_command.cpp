@@ -332,8 +332,8 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   test.leave_out_impossible = set.written_for_deviation > 0.0;
   if (is_stdout(arguments.output))
     throw codegen::Error(
-        "-o -: compare.html and compare.json are two files, but stdout is one; leave -o out: the result "
-        "is on stdout, with --json in that form");
+        "-o -: compare.html and compare.json are two files, but stdout is one; leave -o out, and the result goes to "
+        "stdout (with --json as JSON)");
   if (!arguments.output.empty()) check_output_directory(arguments.output);
 
   const std::atomic<bool>& stop = stop_on_interrupt();
@@ -449,7 +449,7 @@ void run_evaluate(EvaluateArguments arguments) {
                       "leave it out",
                       arguments.plant_option));
     if (arguments.files.any() && (models.size() > 1 || arguments.noises.size() > 1))
-      refuse("--figure and --estimates write what one model makes of its logs with one --noise");
+      refuse("--figure and --estimates need exactly one model and one --noise");
     check_run_files(arguments.files);
     on_logs(arguments, models, experiment);
   }

@@ -43,10 +43,10 @@ class TrainingDisplay {
     if (!line_) return;
     line_->finish();
     if (result.returns > 0)
-      fmt::print(
-          stderr,
-          "note: training ran away {} time{} and went on from its best; a lower learning_rate (now {}) may keep it\n",
-          result.returns, result.returns == 1 ? "" : "s", shortest_text(experiment_.training.learning_rate));
+      fmt::print(stderr,
+                 "note: training diverged {} time{} and continued from its best model; a lower learning_rate (now {}) "
+                 "may help\n",
+                 result.returns, result.returns == 1 ? "" : "s", shortest_text(experiment_.training.learning_rate));
   }
 
  private:

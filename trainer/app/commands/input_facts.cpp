@@ -27,14 +27,14 @@ std::string ignored_inputs_note(const codegen::Model& model) {
     if (name == kIgnoredInputsFact)
       return fmt::format(
           "note: this {} observer was trained without inputs, so it does not know {}: where an input acts, its "
-          "estimates are off; train with an [excitation], or take structure = \"driven_kkl\"\n",
+          "estimates are wrong; train with an [excitation], or use structure = \"driven_kkl\"\n",
           codegen::structure_name(model), inputs);
   return "";
 }
 
 std::string input_delay(const LogConfig& log, double sample_period_s) {
   const std::string delays = delays_in_flight(log, sample_period_s);
-  return delays.empty() ? "" : "feed u as it was so many samples ago: " + delays;
+  return delays.empty() ? "" : "give the step this older value of u, delayed by so many samples: " + delays;
 }
 
 }  // namespace nlo::trainer

@@ -109,12 +109,12 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
       case UnitsAre::kOfDifferentKinds:
         throw codegen::Error(fmt::format(
             "{}: [[log.columns]] \"{}\": its unit is {}, and the model's is {}: they are of different kinds; "
-            "take the column that was meant, or correct its unit",
+            "name the right column, or correct its unit",
             file, column.name, with_kind(column.unit), with_kind(channel->unit)));
       case UnitsAre::kUnknown:
         notes.push_back(
-            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units does not have both, and nothing "
-                        "converts; write scale and offset where they differ",
+            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units does not have both, so nothing "
+                        "is converted; write scale and offset if they differ",
                         column.name, with_kind(column.unit), with_kind(channel->unit)));
         break;
     }

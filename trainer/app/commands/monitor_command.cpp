@@ -85,7 +85,7 @@ std::string faults_text(const std::vector<FaultRow>& faults) {
     table.add_row({row.output, fault_name(row.fault), significant(row.error), std::to_string(row.harmed),
                    row.harmed == 0 ? "" : fmt::format("{} of {}", row.seen, row.harmed),
                    significant(row.median_delay_s), alarm_name(row.most)});
-  return "\nan output fails in the middle of a run. error times: over the error without the fault; harmed: runs whose\n"
+  return "\nan output fails in the middle of a run. error times: error / error without the fault; harmed: runs whose\n"
          "error doubles; alarm: harmed runs with an alarm from the fault on\n\n" +
          table.to_text(2, 110);
 }
@@ -105,7 +105,7 @@ std::string log_rate_text(const codegen::Monitor& monitor, const MonitorStudy& s
 std::string conditions_text(const MonitorStudy& study) {
   if (study.rows.empty()) return "";
   std::string text = fmt::format(
-      "\n{} runs of {} s a condition, time constant {} s, once armed. error: norm of x - x_hat; ratio: over that of\n"
+      "\n{} runs of {} s a condition, time constant {} s, once armed. error: norm of x - x_hat; ratio: to that of\n"
       "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
       study.runs, significant(study.horizon_s), significant(study.time_constant_s));
   Table table{{"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"}};
@@ -132,7 +132,7 @@ std::string monitor_text(const FittedMonitor& fitted, const MonitorStudy& study)
   for (const std::string& note : fitted.notes) text += note + "\n";
   text += log_rate_text(monitor, study);
   if (!fitted.unwatched.empty())
-    text += fmt::format("not watched, because training itself comes near the largest value: {}\n",
+    text += fmt::format("not watched, because values in training already come near the largest possible one: {}\n",
                         fmt::join(fitted.unwatched, ", "));
   return text + gate_text(fitted) + faults_text(study.faults) + conditions_text(study);
 }
@@ -232,10 +232,10 @@ std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Mo
   constexpr double kUsualPerHour = 1.0, kUsual = 0.01, kMost = 0.5;
   const double per_hour = kHour / chosen.seconds;
   if (request.false_alarms_per_hour > kMost * per_hour)
-    throw codegen::Error(fmt::format(
-        "--false-alarms-per-hour {}: an alarm lasts about a time constant, here {:.3g} s, so that is most of "
-        "the time; ask for at most {:.3g}",
-        request.false_alarms_per_hour, chosen.seconds, kMost * per_hour));
+    throw codegen::Error(
+        fmt::format("--false-alarms-per-hour {}: an alarm lasts about a time constant, here {:.3g} s, so alarms would "
+                    "be active most of the time; ask for at most {:.3g}",
+                    request.false_alarms_per_hour, chosen.seconds, kMost * per_hour));
   if (request.false_alarms_per_hour > 0.0) return notes;
   request.false_alarms_per_hour = std::min(kUsualPerHour, kUsual * per_hour);
   if (request.false_alarms_per_hour < kUsualPerHour)

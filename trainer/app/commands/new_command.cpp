@@ -87,7 +87,7 @@ std::string table_of(const GuessedLog& log) {
 }
 
 std::string clock_text(const GuessedClock& clock) {
-  if (clock.period_s == 0.0) return "no column is a time: say how far rows are apart, --period SECONDS\n";
+  if (clock.period_s == 0.0) return "no column is a time: give the time between rows, --period SECONDS\n";
   if (clock.heading.empty())
     return fmt::format("no column is a time: rows are {} s apart\n", shortest_text(clock.period_s));
   return fmt::format("time: \"{}\" in {} ({}); a row each {} s, {}\n", clock.heading, clock.unit, clock.why,

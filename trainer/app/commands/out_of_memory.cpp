@@ -14,7 +14,7 @@ namespace {
 
 [[noreturn]] void end() {
   constexpr std::string_view kMessage =
-      "nlo: error: not enough memory; for a training take fewer or shorter trajectories, or fewer --threads\n";
+      "nlo: error: not enough memory; for a training use fewer or shorter trajectories, or fewer --threads\n";
   static std::atomic<bool> said{false};
   while (said.exchange(true)) ::pause();  // another thread prints the message and ends the program
   const ssize_t ignored = ::write(STDERR_FILENO, kMessage.data(), kMessage.size());

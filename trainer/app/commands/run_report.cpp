@@ -41,8 +41,8 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
   logs.split = judged.split;
   if (judged.split == "validation")
     logs.notes.insert(logs.notes.begin(),
-                      "These are the validation logs, which chose among the models of the training: new logs may fare "
-                      "worse. Name some as test_files in [log].");
+                      "These are the validation logs, by which the model was chosen: errors on new logs may be larger. "
+                      "Name some logs as test_files in [log].");
   if (judged.split == "training")
     logs.notes.insert(logs.notes.begin(),
                       "These are the training logs: the errors say how well the model fits them, not how well it does "

@@ -21,7 +21,7 @@ SearchTask search_task(Experiment experiment, const std::string& data_directory)
   if (experiment.feedback && experiment.feedback->rounds > 0)
     throw codegen::Error(
         "--auto does not search experiments whose [feedback] has rounds, each of which trains again; search with "
-        "--set feedback.rounds=0, then train what it found with its rounds");
+        "--set feedback.rounds=0, then train the found experiment with its rounds");
   SearchTask task;
   if (experiment.plant) {
     task.data = simulated_data(experiment);
@@ -34,7 +34,8 @@ SearchTask search_task(Experiment experiment, const std::string& data_directory)
     constexpr std::size_t kPart = 4;  // every fourth log
     if (files.train.size() < 2)
       throw codegen::Error(
-          "--auto chooses by logs that training has not seen, and there is one log; name another as validation_files "
+          "--auto chooses by logs that training has not seen, but there is only one log; name another as "
+          "validation_files "
           "in "
           "[log]");
     std::vector<std::string> kept;

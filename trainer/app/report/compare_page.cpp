@@ -83,8 +83,8 @@ Figure ratios(const Study& study, std::size_t reference) {
   figure.panel_height = static_cast<int>(130 + 24 * count);
   figure.panels.push_back(std::move(panel));
   figure.caption = fmt::format(
-      "A line for each condition, errors over that of the {}: left of 1 is better. The scale is logarithmic.{}", rival,
-      study.test.tune ? " Filled: a filter tuned for the condition; ring: as shipped." : "");
+      "One line for each condition: errors divided by that of the {}; left of 1 is better. The scale is logarithmic.{}",
+      rival, study.test.tune ? " Filled: a filter tuned for the condition; ring: as shipped." : "");
   return figure;
 }
 
@@ -122,8 +122,9 @@ std::string compare_page(const Study& study, const std::string& gnuplot) {
   if (const std::size_t reference = reference_column(study); reference > 0) page.figure(ratios(study, reference));
   page.text(html_table(narrow(error_table(study))));
   const bool floor = std::ranges::any_of(study.estimators, [](const auto& c) { return c.name == kParticle; });
-  page.text(fmt::format("<p class=\"soft\">A star marks the least error of a row{}.</p>\n",
-                        floor ? ", but for the particle filter, a floor that knows the condition" : ""));
+  page.text(fmt::format(
+      "<p class=\"soft\">A star marks the smallest error of a row{}.</p>\n",
+      floor ? ", except for the particle filter, which knows the condition and has the smallest possible error" : ""));
   std::string list;
   for (const std::string& finding : findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
   if (!list.empty()) page.text(fmt::format("<ul>\n{}</ul>\n", list));
@@ -138,7 +139,7 @@ std::string compare_page(const Study& study, const std::string& gnuplot) {
   page.text(html_table(columns));
   page.heading("The worst runs");
   page.text(html_table(worst_table(study)));
-  page.text(fmt::format("<p>The run on which {} is furthest off, under {}:</p>\n",
+  page.text(fmt::format("<p>The run with the largest error of {}, under {}:</p>\n",
                         escaped(study.estimators.front().name),
                         escaped(condition_name(study.test.conditions[study.worst_row]))));
   const Evaluation& first = study.cell(0, 0).first();
@@ -152,9 +153,9 @@ std::string compare_page(const Study& study, const std::string& gnuplot) {
   page.text(
       "<p class=\"soft\">Operations are counted: additions, multiplications, divisions; a multiply-add is two. "
       "Functions "
-      "are square roots, powers, sines, activations. Bytes are of float. Times are of this run and this program, where "
-      "filters step many runs side by side and observers take a run at a time: bench/step_latency measures what "
-      "flies.</p>\n");
+      "are square roots, powers, sines, activations. Bytes are those of float. Times were measured in this run of this "
+      "program, which steps filters over many runs at once and observers over one run at a time; bench/step_latency "
+      "measures the exported code.</p>\n");
   return html_page(study.experiment + " - observers and filters", page.html(gnuplot));
 }
 

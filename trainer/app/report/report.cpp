@@ -31,14 +31,14 @@ bool any(const std::vector<StudyRow>& rows, const Holds& holds) {
 /// Explains the columns and the rows of the table.
 std::string plant_table_notes(const std::vector<StudyRow>& rows) {
   std::string text =
-      "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "
-      "square of |x|.";
+      "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm divided by the root "
+      "mean square of |x|.";
   if (rows.front().observer().first().metrics.normalised)
-    text += " The states' units differ: each counts over its standard deviation.";
+    text += " The states' units differ: each is divided by its standard deviation.";
   if (any(rows, [](const Evaluation& e) { return e.metrics.settled.has_value(); }))
     text +=
-        " settled: norm after the transient. Settling time: from when on the error, averaged over the runs and a short "
-        "window, stays within 1.5 times its settled value.";
+        " settled: norm after the transient. Settling time: the time after which the error, averaged over the runs and "
+        "a short window, stays within 1.5 times its settled value.";
   text += " Initial states are new to the observer.";
   if (any(rows, [](const Evaluation& e) { return !e.noise.none(); }))
     text += " One independent draw of noise per sample.";
@@ -191,7 +191,7 @@ std::string render_report(const ReportData& data, const std::string& gnuplot) {
     page.text(clock_table(*data.log_clock));
   }
   if (!data.facts.empty()) {
-    page.heading("How this came about");
+    page.heading("How this model was made");
     page.text(facts_list(data.facts));
   }
   return html_page(fmt::format("{} - observer report", data.title), page.html(gnuplot));

@@ -48,23 +48,23 @@ std::string plant_summary(const StudyRow& row) {
   const Evaluation& observer = row.observer().first();
   const ErrorMetrics& own = observer.metrics;
   std::string text = fmt::format(
-      "With {} on its measurements the observer errs by {} (root mean square over {} runs of {} s, "
+      "With {} on its measurements the error of the observer is {} (root mean square over {} runs of {} s, "
       "transient included{})",
       noise_title(observer.noise), significant(own.norm), observer.trajectories, significant(observer.horizon_s, 2),
-      own.normalised ? "; each state over its standard deviation" : "");
+      own.normalised ? "; each state divided by its standard deviation" : "");
   if (own.nrmse) text += fmt::format(", {} of the state's own size", percent(*own.nrmse));
   text += ".";
   if (own.settled)
     text +=
         own.settling_time_s
             ? fmt::format(" It settles within {} s to {}.", fixed(*own.settling_time_s, 1), significant(*own.settled))
-            : fmt::format(" Once settled it errs by {}, but does not stay there.", significant(*own.settled));
+            : fmt::format(" Once settled the error is {}, but it does not stay there.", significant(*own.settled));
   if (const Evaluation* ekf = named(row, "ekf"))
     text += fmt::format(" An extended Kalman filter that is given the exact plant and noise reaches {}.",
                         significant(ekf->metrics.norm));
   if (const Evaluation* constant = named(row, "constant"))
-    text += fmt::format(" Always guessing the average would err by {}{}.", significant(constant->metrics.norm),
-                        own.norm >= constant->metrics.norm ? ", which is no worse: this observer is of no use" : "");
+    text += fmt::format(" Always estimating the mean would have an error of {}{}.", significant(constant->metrics.norm),
+                        own.norm >= constant->metrics.norm ? ", which is no larger: this observer is useless" : "");
   return text;
 }
 

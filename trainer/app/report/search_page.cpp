@@ -26,7 +26,8 @@ Figure errors_and_costs(const SearchRecord& record) {
   }
   mark_fronts(points);
   Figure figure = pareto_figure(points);
-  figure.caption = "Each candidate with its last error: those that were given up had less training than the others.";
+  figure.caption =
+      "Each candidate with its last error. Candidates that were given up had less training than the others.";
   return figure;
 }
 
@@ -47,7 +48,7 @@ Figure races(const SearchRecord& record) {
     if (places.size() < 2) continue;
     const auto count = static_cast<Eigen::Index>(places.size());
     Series series{c == chosen                        ? "chosen"
-                  : c == 0 && record.by_hand_s > 0.0 ? "as it stands"
+                  : c == 0 && record.by_hand_s > 0.0 ? "unchanged"
                                                      : "",
                   c == chosen ? Series::Style::kLine : Series::Style::kThinLine,
                   c == chosen                        ? 1

@@ -19,9 +19,9 @@ using Axis = std::vector<SweepPoint>;
 
 const std::vector<Key<SweepPlan>>& plan_keys() {
   static const std::vector<Key<SweepPlan>> kKeys = {
-      key("experiment", &SweepPlan::experiment, any(), "what is varied"),
-      key("data", &SweepPlan::data, any(), "directory of the logs that its [log] names"),
-      key("seeds", &SweepPlan::seeds, any(), "of the trainings; none: the experiment's own"),
+      key("experiment", &SweepPlan::experiment, any(), "experiment file that is varied, or a shipped name"),
+      key("data", &SweepPlan::data, any(), "directory of the logs that [log] of the experiment names"),
+      key("seeds", &SweepPlan::seeds, any(), "seeds of the trainings; none: the seed of the experiment"),
   };
   return kKeys;
 }
@@ -30,13 +30,13 @@ const std::vector<Key<SweepTest>>& test_keys() {
   static const std::vector<Key<SweepTest>> kKeys = {
       {"noise",
        "as in [training]",
-       "on the outputs of the test runs",
+       "noise of the outputs in the test runs",
        [](SweepTest& test, const Toml& value, const std::string& where) {
          read_value(value, where, any(), test.noise.emplace());
        },
        {}},
-      key("seed", &SweepTest::seed, any(), "of the test runs"),
-      key("trajectories", &SweepTest::trajectories, between(1, 100000), "how many test runs"),
+      key("seed", &SweepTest::seed, any(), "seed of the test runs"),
+      key("trajectories", &SweepTest::trajectories, between(1, 100000), "number of test runs"),
   };
   return kKeys;
 }

@@ -38,7 +38,7 @@ std::string title_of(const SweepPoint& point) {
   std::string title;
   for (const SweepValue& value : point)
     title += fmt::format("{}{}={}", title.empty() ? "" : " ", value.key.substr(value.key.rfind('.') + 1), value.value);
-  return title.empty() ? "as it stands" : title;
+  return title.empty() ? "unchanged" : title;
 }
 
 PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
@@ -171,8 +171,8 @@ std::string sweep_text(const std::vector<SweepJob>& jobs, const std::vector<JobR
         point.cost && point.cost->ns ? significant(*point.cost->ns) : "-", fmt::format("{}/{}", point.done, point.jobs),
         point.best_for_multiply_adds || point.best_for_flash || point.best_for_ns ? "*" : "", point.title);
   text +=
-      "\nError: mean over the seeds with its standard error. A star: on a Pareto front, no other is as good for as "
-      "little.\n";
+      "\nError: mean over the seeds with its standard error. A star marks the Pareto front: no other training is at "
+      "least as accurate at a lower cost.\n";
   for (std::size_t j = 0; j < jobs.size(); ++j)
     if (!results[j].message.empty()) text += fmt::format("{}: {}\n", jobs[j].name, results[j].message);
   return text;

@@ -39,7 +39,7 @@ std::vector<std::size_t> order_of(const SearchRecord& record) {
 }  // namespace
 
 std::string title_of(const Candidate& candidate) {
-  if (candidate.difference.empty()) return "as it stands";
+  if (candidate.difference.empty()) return "unchanged";
   return candidate.title.empty() ? candidate.difference : candidate.title;
 }
 
@@ -75,27 +75,26 @@ std::vector<std::string> search_findings(const SearchStory& story) {
   } else {
     std::string beside;
     if (stands && by_hand != last.end() && by_hand->error)
-      beside = fmt::format(" Beside it {} as it stands has {}.", story.experiment, significant(by_hand->error));
+      beside = fmt::format(" The unchanged {} has {}.", story.experiment, significant(by_hand->error));
     findings.push_back(fmt::format("Found, out of {} candidates: {}. Its error is {}.{}", record.candidates.size(),
                                    title_of(record.candidates[chosen.candidate]), significant(chosen.error), beside));
   }
   if (!stands)
-    findings.push_back(
-        fmt::format("{} as it stands costs more than was allowed, and was not tried.", story.experiment));
+    findings.push_back(fmt::format("The unchanged {} exceeds the budget and was not tried.", story.experiment));
   else if (!record.by_hand_fits())
     findings.push_back(
-        fmt::format("{} as it stands takes {:.0f} s to train, more than half of the time: all candidates, it too, were "
-                    "trained for less. --minutes {:.0f} lets it stand as it is.",
+        fmt::format("The unchanged {} takes {:.0f} s to train, more than half of the time, so all candidates, "
+                    "including it, were trained for fewer steps. --minutes {:.0f} trains it in full.",
                     story.experiment, record.by_hand_s, std::ceil(2.2 * record.by_hand_s / 60.0)));
   findings.push_back(
       "Errors are norms over whole runs from the first sample, under the noise of the training, on validation runs "
       "that "
-      "chose the candidate: on others it may fare worse. The report beside this tells how it does on test runs.");
+      "chose the candidate: on other runs its error may be larger. The report in this folder shows its error on test "
+      "runs.");
   if (!story.held_out.empty())
     findings.push_back(
-        fmt::format("[log] names no validation_files: the search took these from training to choose by, and what it "
-                    "found is trained "
-                    "on all: {}.",
+        fmt::format("[log] names no validation_files: the search chose by the training logs {}, which its "
+                    "trainings left out; the found experiment is trained on all logs.",
                     story.held_out));
   return findings;
 }

@@ -184,7 +184,7 @@ TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
     return {kUnits[i].name, kUnits[i].seconds,
             fmt::format("CHECK its unit: steps of {:g} are {:g} rows a second in {}", step, rate, kUnits[i].name)};
   }
-  return {"s", 1.0, "CHECK its unit: nothing tells it"};
+  return {"s", 1.0, "CHECK its unit: neither heading nor numbers show it"};
 }
 
 bool is_position(const std::string& unit) {

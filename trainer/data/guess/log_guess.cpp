@@ -257,7 +257,7 @@ class Guess {
       if (const std::string quantity = sensed(column); sensors && !quantity.empty()) {
         column.is_decided = leaves_truth;
         if (leaves_truth) column.role = ColumnRole::kOutput;
-        column.why = fmt::format("CHECK: {} tells of a quantity that sensors mostly give", quantity);
+        column.why = fmt::format("CHECK: {} names a quantity that sensors usually measure", quantity);
         continue;
       }
       column.role = sensors ? ColumnRole::kState : ColumnRole::kOutput;
@@ -356,8 +356,8 @@ GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hint
     if (tables.empty()) log.format = format;
     if (format.separator != log.format.separator || format.decimal != log.format.decimal)
       log.notes.push_back(
-          fmt::format("{}: separates its cells or decimals otherwise than {}: it is read by its own way", file,
-                      tables.front().file()));
+          fmt::format("{}: separates its cells or decimals differently from {}: it is read with its own separators",
+                      file, tables.front().file()));
     tables.push_back(CsvTable::parse(std::move(text), file, format));
     log.rows += tables.back().rows();
   }

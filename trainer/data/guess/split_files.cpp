@@ -37,7 +37,7 @@ LogFileSplit split_log_files(std::vector<std::string> files, std::vector<std::st
     if (is_new)
       split.all.push_back(file);
     else
-      notes.push_back(fmt::format("{}: a copy of {}, and left out: it would be in two splits", file, first->second));
+      notes.push_back(fmt::format("{}: a copy of {}, left out because it would be in two splits", file, first->second));
   }
   const fs::path directory = common_directory(split.all);
   split.directory = directory.string();

@@ -86,8 +86,7 @@ std::optional<Contest> contest_with(const Study& study, std::string_view name, s
 
 std::vector<Contest> contests(const Study& study) {
   std::vector<Contest> result;
-  for (const auto& [name, rival] :
-       {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for the very condition"}})
+  for (const auto& [name, rival] : {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for this condition"}})
     if (auto contest = contest_with(study, name, rival)) result.push_back(std::move(*contest));
   return result;
 }
@@ -199,7 +198,7 @@ std::vector<std::string> comparison_findings(const Study& study) {
     for (const auto& [reason, names] : reasons)
       findings.push_back(names.size() == study.test.conditions.size()
                              ? fmt::format("{}: {}.", name, reason)
-                             : fmt::format("{} has no figure for {}: {}.", name, fmt::join(names, ", "), reason));
+                             : fmt::format("{} has no result for {}: {}.", name, fmt::join(names, ", "), reason));
     if (restarts > 0) findings.push_back(fmt::format("{} overflowed {} times and was reset.", name, restarts));
   }
   if (!study.left_out.empty())

@@ -22,11 +22,11 @@ using Parameters = std::vector<std::pair<std::string, double>>;
 
 const std::vector<Key<Condition>>& condition_keys() {
   static const std::vector<Key<Condition>> kKeys = {
-      key("name", &Condition::name, identifiers(), "in tables and in JSON"),
-      key("noise", &Condition::noise, any(), "of the outputs; see nlo evaluate --noise"),
+      key("name", &Condition::name, identifiers(), "name in tables and in JSON"),
+      key("noise", &Condition::noise, any(), "noise of the outputs; see nlo evaluate --noise"),
       key("parameter_factor", &Condition::parameter_factor, positive(),
-          "on one parameter of each run, the plant's in turn"),
-      {"parameters", "{ NAME = number, ... }", "of the plant; filters and observers know the nominal ones",
+          "factor on one parameter in each run; the runs go through the parameters in turn"),
+      {"parameters", "{ NAME = number, ... }", "parameters of the plant; filters and observers know the nominal ones",
        [](Condition& condition, const Toml& value, const std::string& where) {
          std::vector<std::pair<std::string, std::array<double, 2>>> ranges;
          read_parameters(value, where, condition.parameters, ranges);
@@ -36,11 +36,12 @@ const std::vector<Key<Condition>>& condition_keys() {
                ranges.front().first, ranges.front().first, shortest_text(ranges.front().second[1])));
        },
        [](const Condition& condition) { return show_parameters(condition.parameters, {}); }},
-      key("process_noise", &Condition::process_noise, at_least(0), "per sqrt(s), one for each state or one for all"),
-      key("box_scale", &Condition::box_scale, positive(), "initial states from the training box times this"),
-      key("set", &Condition::changes, any(), "KEY=VALUE of [plant], [simulation], [excitation] or [feedback]"),
-      key("input", &Condition::inputs, any(), "u(t) for each input, in place of [excitation]"),
-      key("input_noise", &Condition::input_noise, any(), "of the inputs that estimators are told"),
+      key("process_noise", &Condition::process_noise, at_least(0),
+          "standard deviation of white noise on dx/dt per sqrt(s), one for each state or one for all"),
+      key("box_scale", &Condition::box_scale, positive(), "factor on the training box of initial states"),
+      key("set", &Condition::changes, any(), "changes KEY=VALUE of [plant], [simulation], [excitation] or [feedback]"),
+      key("input", &Condition::inputs, any(), "u(t) of each input, instead of [excitation]"),
+      key("input_noise", &Condition::input_noise, any(), "noise of the inputs that estimators read"),
   };
   return kKeys;
 }
@@ -48,9 +49,9 @@ const std::vector<Key<Condition>>& condition_keys() {
 const std::vector<Key<ConditionSet>>& set_keys() {
   static const std::vector<Key<ConditionSet>> kKeys = {
       key("written_for_deviation", &ConditionSet::written_for_deviation, at_least(0),
-          "of outputs and states that the numbers are meant for"),
+          "standard deviation of outputs and states for which the numbers were written"),
       key("written_for_noise", &ConditionSet::written_for_noise, at_least(0),
-          "deviation of a sensor's noise in training that the noises are meant for"),
+          "standard deviation of the sensors' noise in training for which the noises were written"),
   };
   return kKeys;
 }
@@ -172,7 +173,7 @@ std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& 
   std::vector<Condition> result;
   for (Condition condition : set.conditions) {
     if (condition.parameter_factor != 1.0 && parameters.empty()) {
-      if (written_for == 0.0) fail(condition, "has a parameter_factor, but the plant has no parameters; take it out");
+      if (written_for == 0.0) fail(condition, "has a parameter_factor, but the plant has no parameters; remove it");
       left_out.push_back(condition.name);
       continue;
     }

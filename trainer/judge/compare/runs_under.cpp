@@ -28,7 +28,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
         !key.starts_with("feedback."))
       throw codegen::Error(
           fmt::format("--set {}: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed for a "
-                      "test; the model is what it was trained to be",
+                      "test; the model stays as it was trained",
                       change));
     const std::string parameter = "plant.parameters.";
     // Built-in plants check their parameters themselves.

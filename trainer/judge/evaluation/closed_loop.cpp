@@ -14,7 +14,7 @@ ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_
   const auto& ideal = of_true_state.trajectories;
   const auto& flown = of_estimator.trajectories;
   if (ideal.size() != flown.size() || ideal.empty())
-    throw codegen::Error("two loops are compared run by run, and one set has more runs than the other, or none");
+    throw codegen::Error("two loops are compared run by run, but they have different numbers of runs, or none");
   Eigen::VectorXd reach = Eigen::VectorXd::Zero(ideal.front().states.rows()), squares = reach;
   Eigen::Index samples = 0;
   for (const Trajectory& run : ideal) reach = reach.cwiseMax(run.states.cwiseAbs().rowwise().maxCoeff());
@@ -52,8 +52,8 @@ std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& chan
           ? fmt::format("cost {:.4g}, of the true state's loop {:.4g}; ", *cost.cost, *cost.of_true_state)
           : "";
   return fmt::format(
-      "{}states are off those of the same feedback of the true state by (RMS): {}; {} of {} runs go beyond {:g} times "
-      "its range",
+      "{}RMS distance of the states from those of the loop that feeds back the true state: {}; {} of {} runs go beyond "
+      "{:g} times the range of that loop",
       price, states, cost.left, cost.runs, kLeft);
 }
 

@@ -147,7 +147,7 @@ Table log_table(const std::vector<LogEntry>& entries, bool with_cost) {
 
 Table file_table(const LogEvaluation& evaluation) {
   const LogMetrics& observer = evaluation.entries.front().metrics;
-  Table table{{"observer, file by file"}};
+  Table table{{"observer, for each file"}};
   if (observer.files.size() < 2) return table;
   std::vector<std::size_t> shown = {0};
   if (const std::size_t settled = settled_window(observer.windows); settled > 0) shown.push_back(settled);

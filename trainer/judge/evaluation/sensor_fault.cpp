@@ -27,8 +27,8 @@ constexpr std::array<std::pair<std::string_view, SensorFault::Kind>, 3> kKinds =
 
 SensorFault parse_fault(std::string_view word) {
   const auto refuse = [&] {
-    throw Error(fmt::format(
-        "--missing {}: is not OUTPUT, OUTPUT:stuck or OUTPUT:dead, with :SECONDS behind it or without", word));
+    throw Error(
+        fmt::format("--missing {}: is not OUTPUT, OUTPUT:stuck or OUTPUT:dead, optionally followed by :SECONDS", word));
   };
   const std::size_t first = word.find(':'), second = first == word.npos ? first : word.find(':', first + 1);
   SensorFault fault{std::string(word.substr(0, first))};

@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 std::string no_high_gain(Index nx, Index ny, Index nu) {
-  if (ny != 1) return "a high-gain observer is of one output";
+  if (ny != 1) return "a high-gain observer needs exactly one output";
   if (nx > 3) return "a high-gain observer has up to three states here";
   if (nu > 0) return "inputs and their derivatives are not in its coordinates";
   return "";

@@ -133,7 +133,7 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
       largest.name.empty() ? "" : fmt::format("{} reaches {:.3g} times its scale", largest.name, largest.reach);
   if (largest.reach > kFarBeyondScale)
     causes.push_back(
-        fmt::format("{}: take eigenvalues nearer to the plant's own, or look for outliers in the outputs", reach));
+        fmt::format("{}: use eigenvalues nearer to the plant's own, or look for outliers in the outputs", reach));
   if (!dataset.mirror.none())
     if (const auto off = off_centre(dataset))
       causes.push_back(fmt::format(

@@ -54,7 +54,7 @@ std::string below_floor(const Readout& readout) {
                         simple.name, simple.error);
   }
   if (text.empty()) return text;
-  return "the observer is worse than the simple thing: " + text +
+  return "the observer is worse than a simpler estimate: " + text +
          ". The model is kept. Let T* read the output ([observer] features = \"latent_and_output\"), spread the "
          "eigenvalues about the plant's own time constants, or train for more steps";
 }

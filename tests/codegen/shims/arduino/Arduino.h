@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A minimal Arduino core with a clock that runs by itself. It suffices to compile a generated sketch without the
+// A minimal Arduino core with a clock that advances by itself: enough to compile a generated sketch without the
 // vendor's tools and to run it for some simulated seconds.
 #pragma once
 
@@ -17,7 +17,7 @@ inline SimulatedBoard& simulated_board() {
   return board;
 }
 
-// 0.1 ms per call; once, the loop is kept busy for 65 ms.
+// 0.1 ms per call; once, the loop is busy for 65 ms.
 inline uint32_t micros() {
   SimulatedBoard& board = simulated_board();
   board.now_us += ++board.calls == 5000 ? 65000U : 100U;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Golden readings instead of the user's.
+// Golden readings instead of those of the user.
 #pragma once
 
 #define JOIN_(a, b) a##b

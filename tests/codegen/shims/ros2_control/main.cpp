@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The manager: configures an exported controller, wrongly first, and updates it over the golden readings, held against
-// an observer of the header bit for bit; what it tells on /diagnostics follows.
-// CONTROLLER and REPLAY are the files to include, NLO_NAME the name of the model.
+// The manager: configures an exported controller, first wrongly, and updates it over the golden readings; compares it
+// with an observer of the header bit for bit; then checks its messages on /diagnostics. CONTROLLER and REPLAY are the
+// files to include, NLO_NAME the name of the model.
 #include <type_traits>
 
 #include CONTROLLER
@@ -35,7 +35,7 @@ int run() {
   Exported controller;
   EXPECT(controller.on_init() == CallbackReturn::SUCCESS);
   auto& parameters = controller.get_node()->parameters;
-  EXPECT(controller.on_configure({}) == CallbackReturn::FAILURE);  // nothing to read
+  EXPECT(controller.on_configure({}) == CallbackReturn::FAILURE);  // no interfaces to read
   parameters["measured"].value = std::vector<std::string>(kMeasured, "sensor/one");
   parameters["inputs"].value = std::vector<std::string>(kInputs + 1, "sensor/other");
   EXPECT(controller.on_configure({}) == CallbackReturn::FAILURE);
@@ -51,7 +51,7 @@ int run() {
 #ifdef NLO_MONITOR
   model::Monitor monitor{model::kMonitor};
 #endif
-  for (int flight = 0; flight < 2; ++flight) {  // an activation forgets the first
+  for (int flight = 0; flight < 2; ++flight) {  // an activation resets the observer
     EXPECT(controller.on_activate({}) == CallbackReturn::SUCCESS);
     observer.reset();
 #ifdef NLO_MONITOR
@@ -97,10 +97,10 @@ int run() {
   auto node = controller.get_node();
   EXPECT(node->timer && node->timer->period_s == 1.0);
   node->timer->call();
-  node->timer->call();  // nothing has happened since: nothing to tell
+  node->timer->call();  // no step since: no message
   const auto& sent = std::static_pointer_cast<rclcpp::Publisher<Message>>(node->publisher)->sent;
   EXPECT(sent.size() == 1 && sent[0].status.size() == 1);
-  EXPECT(sent[0].status[0].level != DiagnosticStatus::OK);  // goldens have missing readings
+  EXPECT(sent[0].status[0].level != DiagnosticStatus::OK);  // the golden readings contain missing ones
   EXPECT(sent[0].status[0].values[0].value == std::to_string(2 * std::size(golden::kSamples)));
   controller.on_activate({});
   const golden::Sample& good = golden::kSamples[0];

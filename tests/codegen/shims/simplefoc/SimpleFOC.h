@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A minimal SimpleFOC for exported sketches: a motor that follows its voltage, an encoder on its shaft, and a loop of a
-// fifth of a millisecond.
+// A minimal SimpleFOC for exported sketches: a motor that follows its voltage, an encoder on its shaft, and a loop with
+// a period of a fifth of a millisecond.
 #pragma once
 
 #include <Arduino.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A loop of SimpleFOC around an exported sensor and a simulated encoder that turns many times in both directions:
-// uneven, late, after a long rest, over the overflow of its clock and with a clock that falls back. Each step is held
-// against the C99 pair bit for bit. SENSOR is the header.
+// A loop of SimpleFOC around an exported sensor and a simulated encoder that makes many turns in both directions:
+// uneven and late steps, a long rest, an overflow of the clock and a clock that goes back. Each step is compared with
+// the C99 pair bit for bit. SENSOR is the header.
 #include SENSOR
 
 #include <stdio.h>
@@ -59,7 +59,8 @@ int main() {
 #endif
   const uint32_t period = NLO_PERIOD_US;
   uint32_t last = now_us - period, late = 0;  // time and delay of the latest step
-  const double fastest = 0.25e6 / period;  // rad/s: less than a fifth of a turn a late update, which encoders can miss
+  const double fastest =
+      0.25e6 / period;  // rad/s: less than a fifth of a turn per late update, since an encoder may miss larger moves
   int irregular = 0, regular = 0, begun_anew = 0, moved = 0;
   for (int loop = 0; loop < 6000; ++loop) {
     uint32_t passed = period / 9 + static_cast<uint32_t>(loop * 7919 % 1000) * (period / 4) / 1000;
@@ -67,7 +68,7 @@ int main() {
     if (loop >= 2000 && loop < 2100) passed = period + static_cast<uint32_t>(loop % 3) - 1;  // a timer
     const bool rests = loop == 3000, falls_back = loop == 4000;
     if (rests) passed = period * 5000;
-    if (loop == 0) passed = 0;  // init() has stepped
+    if (loop == 0) passed = 0;  // init() has already stepped
     now_us += falls_back ? 0xf0000000U : passed;
     encoder.truth += fastest * cos(loop * 0.003) * 1e-6 * (falls_back || rests ? 0 : passed);
 
@@ -129,8 +130,8 @@ int main() {
 #endif
     EXPECT(sensor.steps() == static_cast<uint32_t>(steps) && sensor.late() == late);
     for (int i = 0; i < NAMED(NX); ++i) {
-      const NLO_SCALAR told = sensor.estimate(i);
-      EXPECT(memcmp(&told, &x_hat[i], sizeof(told)) == 0);
+      const NLO_SCALAR estimate = sensor.estimate(i);
+      EXPECT(memcmp(&estimate, &x_hat[i], sizeof(estimate)) == 0);
     }
     const NLO_SCALAR none = sensor.estimate(NAMED(NX)), before = sensor.estimate(-1);
     EXPECT(none != none && before != before);
@@ -155,7 +156,7 @@ int main() {
 #endif
   sensor.reset();
   now_us += 5 * period;
-  sensor.update();  // the first one: whatever has passed
+  sensor.update();  // the first update, after any time
   EXPECT(sensor.steps() == static_cast<uint32_t>(steps + 1) && sensor.late() == late);
   return 0;
 }

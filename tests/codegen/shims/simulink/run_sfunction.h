@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The engine: two blocks of one S-function over the golden readings, held against the C99 pair bit for bit. Outputs are
-// asked for several times a step, as engines do; an operating point is saved and restored.
+// The engine: two blocks of one S-function over the golden readings, compared with the C99 pair bit for bit. As in real
+// engines, outputs are requested several times per step, and an operating point is saved and restored.
 #include <stdio.h>
 #include <string.h>
 
@@ -18,14 +18,14 @@ enum { kNx = NAMED(NX), kNy = NAMED(NY), kSamples = sizeof(NAMED(replay_samples)
 static int alarms = 0;
 #endif
 
-static void give(ShimPort* ports, int count) {
+static void allocate_signals(ShimPort* ports, int count) {
   for (int p = 0; p < count; ++p) {
     EXPECT(ports[p].width > 0);
     ports[p].signal = calloc((size_t)ports[p].width, sizeof(double));
   }
 }
 
-static void take(ShimPort* ports, int count) {
+static void free_signals(ShimPort* ports, int count) {
   for (int p = 0; p < count; ++p) free(ports[p].signal);
 }
 
@@ -36,7 +36,7 @@ typedef NAMED(monitor) Monitor;
 enum { kOutputs = 3 };
 typedef char Monitor;
 #endif
-// The pair, as a block should go.
+// The pair that a block must reproduce.
 typedef struct {
   NAMED(observer) observer;
   Monitor monitor;
@@ -61,9 +61,9 @@ static SimStruct block(void) {
 #endif
   EXPECT(s.input[0].width == kNy && s.compliance == USE_DEFAULT_OPERATING_POINT);
   for (int p = 0; p < s.inputs; ++p) EXPECT(s.input[p].feedthrough == 1 && s.input[p].contiguous == 1);
-  give(s.input, s.inputs);
-  give(s.output, s.outputs);
-  give(s.work, s.works);
+  allocate_signals(s.input, s.inputs);
+  allocate_signals(s.output, s.outputs);
+  allocate_signals(s.work, s.works);
   mdlInitializeConditions(&s);
   return s;
 }
@@ -130,9 +130,9 @@ int main(void) {
   SimStruct* blocks[] = {&one, &other};
   for (int b = 0; b < 2; ++b) {
     mdlTerminate(blocks[b]);
-    take(blocks[b]->input, blocks[b]->inputs);
-    take(blocks[b]->output, blocks[b]->outputs);
-    take(blocks[b]->work, blocks[b]->works);
+    free_signals(blocks[b]->input, blocks[b]->inputs);
+    free_signals(blocks[b]->output, blocks[b]->outputs);
+    free_signals(blocks[b]->work, blocks[b]->works);
   }
   free(saved);
   return 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// As much of Simulink's S-function interface as an exported one uses: the engine's side of a block, in plain memory.
+// The part of Simulink's S-function interface that an exported block uses: the engine's side of a block, in plain
+// memory.
 #pragma once
 
 #include <stdbool.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The part of PX4 that an exported module uses: a module that is started, run and stopped by a test.
+// The part of PX4 that an exported module uses: a module that a test starts, runs and stops.
 #pragma once
 
 #include <stdint.h>

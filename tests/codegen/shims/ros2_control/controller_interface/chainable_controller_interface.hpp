@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// As much of ros2_control (ROS 2 Jazzy) and rclcpp as an exported controller uses, without a manager or an executor.
+// The part of ros2_control (ROS 2 Jazzy) and rclcpp that an exported controller uses, without a manager or an executor.
 #pragma once
 
 #include <chrono>

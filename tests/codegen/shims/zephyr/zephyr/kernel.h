@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A minimal Zephyr kernel for a generated sample: a timer that has always just expired, and an end after 3 s of its
+// A minimal Zephyr kernel for a generated sample: its timer has always just expired, and it ends after 3 s of simulated
 // time.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The base class of SimpleFOC's sensors (2.2 to 2.3): the interface with its signatures, and what it says it does.
+// The base class of SimpleFOC's sensors (2.2 to 2.3): the interface with its signatures and its documented behaviour.
 #pragma once
 
 #include <math.h>
@@ -16,7 +16,7 @@ class Sensor {
   virtual double getPreciseAngle() {
     return static_cast<double>(full_rotations) * static_cast<double>(_2PI) + static_cast<double>(angle_prev);
   }
-  // The difference of angles between two calls, over the time between their updates.
+  // The difference of angles between two calls, divided by the time between their updates.
   virtual float getVelocity() {
     const float seconds = static_cast<float>(static_cast<int32_t>(angle_prev_ts - vel_angle_prev_ts)) * 1e-6f;
     if (!(seconds < min_elapsed_time)) {
@@ -33,7 +33,7 @@ class Sensor {
   virtual int32_t getFullRotations() { return full_rotations; }
   virtual void update() {
     const float angle = getSensorAngle();
-    if (angle < 0) return;  // an error of the hardware
+    if (angle < 0) return;  // reported by the hardware as an error
     angle_prev_ts = static_cast<long>(_micros());
     const float change = angle - angle_prev;
     if (fabsf(change) > 0.8f * _2PI) full_rotations += change > 0 ? -1 : 1;
