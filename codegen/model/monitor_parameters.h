@@ -33,6 +33,7 @@ struct Monitor {
   Eigen::VectorXd row_offset;          ///< n_x
   Eigen::VectorXd row_deviation;       ///< n_x, of x_hat from its fit, in the states' units; 0: not compared
   Eigen::VectorXd disagreement_limit;  ///< n_x, in deviations
+  Eigen::VectorXd replaces;            ///< n_y, 1: predictions replace missing and rejected measurements; empty: none
   double armed_after_s = 0.0;
   double false_alarms_per_hour = 0.0;  ///< rate for which the limits were set
   double hours = 0.0;                  ///< length of the runs on which they were set [h]
@@ -41,6 +42,7 @@ struct Monitor {
   Eigen::Index windows() const { return windows_s.size(); }
   bool freezes_none() const { return (most_equal.array() == 0.0).all() && (most_moved.array() == 0.0).all(); }
   bool scales_with_motion() const { return (motion.array() != 0.0).any(); }
+  bool replaces_any() const { return (replaces.array() != 0.0).any(); }
   bool compares_row() const { return (row_deviation.array() != 0.0).any(); }
 };
 

@@ -115,6 +115,7 @@ std::string monitor_json(const Monitor& monitor, const std::string& indent) {
     object.matrix("row", monitor.row);
     for (const auto& [name, member] : kRow) object.vector(name, monitor.*member);
   }
+  if (monitor.replaces_any()) object.vector("replaces", monitor.replaces);
   return object.text();
 }
 
@@ -125,7 +126,7 @@ Monitor monitor(const Field& field, Eigen::Index states) {
   for (const auto& row : kMatrices) keys.push_back(row.first);
   for (const auto& row : kFrozen) keys.push_back(row.first);
   for (const auto& row : kRow) keys.push_back(row.first);
-  keys.insert(keys.end(), {"motion", "row"});
+  keys.insert(keys.end(), {"motion", "row", "replaces"});
   field.allow_only(keys);
   Monitor read;
   for (const auto& [name, member] : kNumbers) read.*member = number(field[name]);
@@ -141,6 +142,7 @@ Monitor monitor(const Field& field, Eigen::Index states) {
     read.row = matrix(field["row"]);
     for (const auto& [name, member] : kRow) read.*member = vector(field[name]);
   }
+  if (field.has("replaces")) read.replaces = vector(field["replaces"]);
   for (const Reach& reach : kReaches) {
     bool lowered = false;
     for (const auto& [name, member] : kMatrices)
@@ -207,6 +209,12 @@ void check_monitor(const Model& model) {
     if (m.row_deviation(i) == 0.0 && m.disagreement_limit(i) == 0.0) continue;
     check_within(m.row_deviation.segment(i, 1), kSmallestNumber, kLargestNumber, "monitor.row_deviation");
     check_limit(m.disagreement_limit.segment(i, 1), kLeast, kMostSquare, "monitor.disagreement_limit");
+  }
+  if (m.replaces.size() > 0) {
+    check_shape(m.replaces, model.ny(), "monitor.replaces", "n_y");
+    for (Eigen::Index j = 0; j < model.ny(); ++j)
+      if (m.replaces(j) != 0.0 && m.replaces(j) != 1.0)
+        fail("monitor.replaces[{}] is {}; it must be 0 or 1", j, m.replaces(j));
   }
   check_within(m.windows_s / model.sample_period_s, 1.0 / kLongest, 4.0 * kLongest,
                "monitor.windows_s / sample period");

@@ -72,6 +72,10 @@ double ReferenceMonitor::innovation(Index j, double y) const {
   return (change / monitor_.deviation(j) - predicted_(j)) / (1.0 + monitor_.motion(j) * place_);
 }
 
+double ReferenceMonitor::predicted_output(Index j) const {
+  return y_(j) + predicted_(j) * monitor_.deviation(j);
+}
+
 VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
   VectorXd kept = y;
   const Index measured = model_.measured();
@@ -81,7 +85,13 @@ VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
   for (Index j = 0; j < measured; ++j) {
     const bool given = std::isfinite(y(j));
     missing_(j) = !given && not_due_[static_cast<std::size_t>(j)] == 0;
-    if (!given) continue;
+    const bool replaces = monitor_.replaces_any() && monitor_.replaces(j) != 0.0;
+    if (!given) {
+      if (!replaces || !armed() || gap || rejected_(j) >= most_rejected) continue;
+      ++rejected_(j);
+      kept(j) = predicted_output(j);
+      continue;
+    }
     Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
     repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.reference_sensor(j))),
                 armed() ? predicted_(j) : 0.0);
@@ -95,7 +105,7 @@ VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
     }
     missing_(j) = rejects || repeats.frozen();
     if (!missing_(j)) continue;
-    kept(j) = std::numeric_limits<double>::quiet_NaN();
+    kept(j) = rejects && replaces ? predicted_output(j) : std::numeric_limits<double>::quiet_NaN();
     ++all_rejected_;
   }
   for (Index j = measured; j < y.size(); ++j)  // computed of them

@@ -24,8 +24,8 @@ class ReferenceMonitor {
 
   void reset();
 
-  /// Returns the outputs (n_y) that the observer should get: NaN for those that the gate rejects and for those of a
-  /// frozen sensor. `dt_s`: time since the last sample; 0: one sample period.
+  /// Returns the outputs (n_y) for the observer. A rejected or frozen one is NaN, or the predicted output where the
+  /// monitor replaces it. `dt_s`: time since the last sample; 0: one sample period.
   Eigen::VectorXd usable_outputs(const Eigen::VectorXd& y, double dt_s = 0.0);
 
   /// Judges a sample after the step of the observer: z, the readings that it used (n_r, angles unwrapped), x_hat, and
@@ -50,6 +50,7 @@ class ReferenceMonitor {
 
  private:
   double innovation(Eigen::Index j, double y) const;
+  double predicted_output(Eigen::Index j) const;
 
   const Model& model_;
   Monitor monitor_;

@@ -40,6 +40,7 @@ void add_c99_monitor(const Model& m, const Initialiser& init, std::map<std::stri
   values["FREEZES"] = m.monitor->freezes_none() ? "" : "true";
   values["MOVES"] = m.monitor->scales_with_motion() ? "true" : "";
   values["PLACE_OF_MONITOR"] = m.monitor->scales_with_motion() ? ", monitor->place" : "";
+  values["REPLACES"] = m.monitor->replaces_any() ? "true" : "";
   values["AGREES"] = m.monitor->compares_row() ? "true" : "";
   values["AGREEMENT_WINDOW"] = m.monitor->windows() > 1 ? "1" : "0";
   values["AND_ARRIVED"] = has_slow_outputs(m) ? " && arrived" : "";

@@ -59,6 +59,7 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
     constants.push_back({"per_row_deviation", "Scalar", states, "row_deviation", per_row, {}});
     constants.push_back({"disagreement_limit", "Scalar", states, "disagreement_limit", m.disagreement_limit, {}});
   }
+  if (m.replaces_any()) constants.push_back({"replaces", "uint8_t", outputs, "replaces", m.replaces, {}});
   for (MonitorConstant& constant : constants) {
     constant.field.insert(0, "monitor.");
     constant.text = initialised(constant, init);

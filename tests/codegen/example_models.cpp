@@ -241,6 +241,7 @@ Model watched_model() {
 
 Model watched_rig_model() {
   Model m = with_monitor(rig_model());
+  m.monitor->replaces = Eigen::VectorXd::Ones(m.ny());
   m.name = "watched_rig";
   return m;
 }
@@ -520,6 +521,7 @@ Model two_rates_model() {
 
 Model watched_two_rates_model() {
   Model m = with_monitor(two_rates_model());
+  m.monitor->replaces = Eigen::Vector2d(1.0, 0.0);  // a slow output is not replaced
   m.name = "watched_two_rates";
   return m;
 }

@@ -108,8 +108,8 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
   for (int i = 0; i < 5; ++i) scratch.write("logs/log_" + std::to_string(i) + ".csv", tiny_log(0.3 * i));
   const ProgramResult result =
       scratch.ok({"train", "tiny_log.toml", "--data", "logs", "--auto", "--minutes", "0.1", "-o", "run"});
-  EXPECT_THAT(result.out, HasSubstr("took these from training to choose by, and what it found is trained on all: "
-                                    "log_3.csv."));
+  EXPECT_THAT(result.out, HasSubstr("the search chose by the training logs log_3.csv, which its trainings left out; "
+                                    "the found experiment is trained on all logs."));
   EXPECT_THAT(scratch.read("run/experiment.toml"), HasSubstr("train_files = [\"log_?.csv\"]"));
 
   scratch.write("one.toml", with(with(kTinyLogExperiment, "validation_files = [\"b.csv\"]\n", ""), "[\"a.csv\"]",

@@ -32,7 +32,7 @@ int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x
 #endif
   flown_estimate(&observer, x_hat);
   const flown_alarm alarm = flown_watch(&monitor, &observer, x_hat);
-  for (int j = 0; j < FLOWN_MEASURED; ++j) rejected |= isfinite(y[j]) && !isfinite(kept[j]);
+  for (int j = 0; j < FLOWN_MEASURED; ++j) rejected |= isfinite(y[j]) && !(kept[j] == y[j]);
   return (status >= flown_STALE ? 1 : 0) | (flown_in_domain(&observer) ? 0 : 2) | (alarm != flown_NO_ALARM ? 4 : 0) |
          (rejected ? 8 : 0) | (flown_monitor_armed(&monitor) ? 16 : 0) | (int)alarm << 5;
 }

@@ -49,8 +49,7 @@ int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x
   const auto estimate = observer.estimate();
   const nlo::Alarm alarm = monitor.watch(observer, estimate);
   bool rejected = false;
-  for (int j = 0; j < outputs.size(); ++j)
-    rejected = rejected || (std::isfinite(outputs[j]) && !std::isfinite(kept[j]));
+  for (int j = 0; j < outputs.size(); ++j) rejected = rejected || (std::isfinite(outputs[j]) && outputs[j] != kept[j]);
   for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];
   return static_cast<int>(status >= nlo::StepStatus::kStale) | (observer.in_domain() ? 0 : 2) |
          (alarm != nlo::Alarm::kNone ? 4 : 0) | (rejected ? 8 : 0) | (monitor.armed() ? 16 : 0) |

@@ -254,6 +254,45 @@ TEST(FitMonitor, ASensorIsFrozenIfItRepeatsAReadingLongerThanInTraining) {
       << "control: no reference sensor";
 }
 
+/// Runs of tiny_model with these readings. The truth is its own estimate, so that the error is due to lost readings.
+std::vector<FlownRun> own_runs(const codegen::Model& model, const SensedRuns& readings) {
+  std::vector<FlownRun> runs;
+  for (const Eigen::MatrixXd& y : readings.outputs)
+    runs.push_back({y,
+                    {},
+                    codegen::ReferenceObserver<float>(model).run(y, {}, {}, true).x_hat,
+                    Eigen::VectorXd::Ones(y.cols()),
+                    {}});
+  return runs;
+}
+
+TEST(FitMonitor, ReplacesLostReadingsIfThePredictionIsBetterThanTheLastReading) {
+  const codegen::Model model = codegen::tiny_model();
+  const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
+  SensedRuns waves;
+  for (int i = 0; i < 12; ++i) {
+    Eigen::MatrixXd y(1, 1500);
+    for (int k = 0; k < y.cols(); ++k) y(0, k) = 0.4 * std::sin(0.2 * k + i);
+    waves.outputs.push_back(y);
+    waves.inputs.emplace_back();
+  }
+  const std::vector<FlownRun> runs = own_runs(model, waves);
+  const FittedMonitor fitted = fit_monitor(model, waves, {[&](int) { return waves; }, 1}, std::nullopt, runs, request);
+  EXPECT_TRUE(fitted.monitor.replaces_any());
+  ASSERT_TRUE(fitted.gate.replacing);
+  EXPECT_LT(fitted.gate.replacing->cost(), 0.3) << "a wave is nearly known one sample ahead";
+
+  ThreadPool pool(1);
+  Monitor wrong = fitted.monitor;
+  wrong.replaces.resize(0);
+  wrong.offset.array() += 0.3;  // the wave moves by at most 0.08 in a sample
+  EXPECT_GT(replace_lost_readings(model, wrong, runs, pool)->cost(), 1.0);
+  EXPECT_FALSE(wrong.replaces_any()) << "control: predictions that are far off";
+  codegen::Model failing = model;
+  failing.failures.outputs = {0};
+  EXPECT_FALSE(replace_lost_readings(failing, wrong, runs, pool)) << "the observer expects it to be missing";
+}
+
 TEST(FitMonitor, IsTheSameForAnyNumberOfThreads) {
   codegen::Model model = codegen::tiny_model();
   const double tau = 40.0 * model.sample_period_s;

@@ -226,6 +226,60 @@ TEST(Monitor, GateAcceptsReadingsThatStayFarAway) {
   EXPECT_EQ(rejected(1000.0, 200), kMostRejected);
 }
 
+TEST(Monitor, ReplacesAMissingOrRejectedMeasurementByThePrediction) {
+  // The predicted change is -y / 4: -0.125 y deviations of 2 units.
+  Model m = quiet_model();
+  m.prediction[0][1] = -0.125;
+  m.replaces[0] = 1;
+  m.armed_after = 30;
+  for (const double unusable : {std::numeric_limits<double>::quiet_NaN(), 1000.0}) {
+    Monitor<Model> monitor(m);
+    Fake observer;
+    for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, 8.0 * (k == 49));
+    double predicted = 8.0;
+    for (int k = 0; k < kMostRejected; ++k) {
+      predicted += -0.125 * predicted / m.per_deviation[0];
+      const double kept = monitor.usable_outputs(unusable, observer);
+      EXPECT_DOUBLE_EQ(kept, predicted) << k << " after " << unusable;
+      observer.y = kept;
+      (void)monitor.watch(observer, {{0.0}});
+    }
+    const double next = monitor.usable_outputs(unusable, observer);
+    EXPECT_TRUE(std::isnan(unusable) ? std::isnan(next) : next == unusable) << "no sensor for more than kMostRejected";
+  }
+}
+
+TEST(Monitor, ReplacedMeasurementsCountAsMissing) {
+  // The observer's status is kOk, so this alarm alone tells.
+  Model m = quiet_model();
+  m.replaces[0] = 1;
+  m.missing_limit[0] = 0.15;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k < 50; ++k) EXPECT_EQ(seen(monitor, observer, 0.0), Alarm::kNone);
+  Alarm last = Alarm::kNone;
+  for (int k = 0; k < 50; ++k)
+    last = seen(monitor, observer, k % 3 == 0 ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+  EXPECT_EQ(last, Alarm::kMissing);
+}
+
+TEST(Monitor, ReplacesNothingUntilArmedNorAfterAGap) {
+  // A prediction is for one sample period, and at first z has a transient.
+  Model m = quiet_model();
+  m.replaces[0] = 1;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 0; k <= kArmedAfter; ++k) {
+    (void)seen(monitor, observer, 0.0);
+    if (k < kArmedAfter) {
+      EXPECT_TRUE(std::isnan(monitor.usable_outputs(missing, observer))) << k;
+    }
+  }
+  EXPECT_TRUE(std::isnan(monitor.usable_outputs(missing, observer, 0.02))) << "two sample periods";
+  EXPECT_FALSE(std::isnan(monitor.usable_outputs(missing, observer))) << "control";
+}
+
 TEST(Monitor, GateDoesNotCompareAReadingAfterAGapWithThePredictionOfOnePeriod) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);

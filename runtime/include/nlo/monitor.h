@@ -24,7 +24,8 @@
 // usable_outputs() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is
 // beyond the gate, which widens with sqrt(v). After kMostRejected rejections in a row it believes the sensor until the
 // innovation is ordinary again. It also rejects a frozen sensor, one that repeats a reading for longer than in training
-// or while the prediction moves on.
+// or while the prediction moves on. Where the model says so (`replaces`), the prediction stands in for a measurement
+// that is missing or beyond the gate: an observer that holds the last one has a large error while the plant moves.
 //
 // widened() widens the intervals of an estimate by the disagreement.
 //
@@ -101,8 +102,10 @@ class Monitor {
   }
 
   /// Returns the measurements that the observer may use. Measurements that the gate rejects, or that a frozen sensor
-  /// repeats, are replaced by NaN; the observer then holds the last good value. Call it before step(); watch() judges
-  /// the same sample afterwards.
+  /// repeats, are replaced by NaN; the observer then holds the last good value. For an output with `replaces`, the
+  /// predicted measurement replaces up to kMostRejected in a row that are missing or rejected. The status of the
+  /// observer is then kOk; the alarm kMissing reports too many of them. Call it before step(); watch() judges the same
+  /// sample afterwards.
   ///   dt_s  time step that step() gets [s], 0: one sample period. A reading after a gap is not compared with the
   ///         prediction, which is for one sample period
   template <class Observer>
@@ -116,7 +119,10 @@ class Monitor {
       OutputState& own = state_.outputs[j];
       const bool given = is_finite(y[j]);
       own.missing = !given && !is_slow<Observer>(j);  // watch() judges whether a slow output is late
-      if (!given) continue;
+      if (!given) {
+        if (may_replace(j, gap)) y[j] = replacement(j);
+        continue;
+      }
       count_repeats(own, j, y[j], y[model_->reference_sensor[j]]);
       if (first) continue;
       bool rejects = false;
@@ -129,7 +135,8 @@ class Monitor {
         if (rejects) ++own.rejected;
       }
       own.missing = rejects || own.equal == kFrozen;
-      if (own.missing == 1) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
+      if (own.missing == 1)
+        y[j] = rejects && model_->replaces[j] != 0 ? predicted(j) : std::numeric_limits<Scalar>::quiet_NaN();
     }
     for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed from outputs that may be missing
       state_.outputs[j].missing = 0;
@@ -305,6 +312,20 @@ class Monitor {
     if (turn > Scalar(0)) change = ReadingRange<Scalar, 1>::template wrapped<kArithmetic>(change, turn);
     const Scalar size = multiply_add(model_->motion[j], state_.place, Scalar(1));
     return limited(multiply_add(change, model_->per_deviation[j], -own.predicted) / size, kFar);
+  }
+
+  /// Returns true if a prediction may replace a missing measurement: it is for one sample period.
+  constexpr bool may_replace(int j, bool gap) const {
+    return model_->replaces[j] != 0 && armed() && !gap && state_.outputs[j].rejected < most_rejected();
+  }
+  constexpr Scalar replacement(int j) {
+    ++state_.outputs[j].rejected;
+    return predicted(j);
+  }
+  /// Returns the measurement that was predicted for this sample. If it is not finite, the observer holds the last one.
+  constexpr Scalar predicted(int j) const {
+    const OutputState& own = state_.outputs[j];
+    return own.y + own.predicted / model_->per_deviation[j];
   }
 
   constexpr void update_averages(OutputState& own, Scalar innovation, bool slow) {

@@ -55,6 +55,7 @@ struct MonitorModel {
   Scalar row_offset[kNx] = {};
   Scalar per_row_deviation[kNx] = {};  ///< 1 / deviation of T* from the fit; 0: this state is not compared
   Scalar disagreement_limit[kNx] = {};
+  std::uint8_t replaces[kNy] = {};  ///< 1: predictions replace missing and rejected measurements of this output
 };
 
 /// An innovation counts for at most this many deviations, so that one outlier raises no alarm.
@@ -64,7 +65,8 @@ inline constexpr int kLargestInnovation = 5;
 inline constexpr int kOrdinaryDisagreement = 2;
 
 /// The gate rejects at most this many measurements in a row, and never for longer than the monitor takes to arm. Then
-/// the sensor is believed until its innovation is ordinary again. If every fifth sample is an outlier, five
+/// the sensor is believed until its innovation is ordinary again. Where predictions replace missing measurements, these
+/// count, too, and later ones stay missing. If every fifth sample is an outlier, five
 /// outliers in a row occur once in 3,000 samples.
 inline constexpr int kMostRejected = 5;
 

@@ -73,9 +73,15 @@ std::string gate_text(const FittedMonitor& fitted) {
   Table table{{"gate tried", "error without", "error with", "cost"}};
   for (const GateTrial& trial : fitted.gate.trials)
     table.add_row({trial.when, significant(trial.plain), significant(trial.gated), significant(trial.cost())});
-  return text +
-         "\nrms error in deviations of the states, from the first sample on, on runs that did not set the gate\n\n" +
-         table.to_text(1, 110);
+  text += "\nrms error in deviations of the states, from the first sample on, on runs that did not set the gate\n\n" +
+          table.to_text(1, 110);
+  if (const std::optional<GateTrial>& lost = fitted.gate.replacing; lost)
+    text += fmt::format(
+        "if 4 % of the readings are lost: error {} with the last reading held, {} with the predicted one; "
+        "the observer gets the {}\n",
+        significant(lost->plain), significant(lost->gated),
+        fitted.monitor.replaces_any() ? "predicted one" : "last one");
+  return text;
 }
 
 std::string faults_text(const std::vector<FaultRow>& faults) {
@@ -150,6 +156,8 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
   if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};
   json["gate_dropped"] = fitted.gate.dropped;
   for (const GateTrial& trial : fitted.gate.trials) json["gate_cost"][trial.when] = trial.cost();
+  if (const std::optional<GateTrial>& lost = fitted.gate.replacing; lost)
+    json["lost_readings"] = {{"held", lost->plain}, {"predicted", lost->gated}, {"replaces", monitor.replaces_any()}};
   json["not_watched"] = fitted.unwatched;
   for (const FaultRow& row : study.faults) {
     nlohmann::ordered_json& one = json["faults"][row.output][fault_name(row.fault)];

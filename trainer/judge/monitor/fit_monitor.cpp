@@ -428,7 +428,9 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   monitor.hours = 1.0;
   ThreadPool pool(request.threads);
   fit_frozen(monitor, fit, clean.has_value(), model);
+  const std::optional<GateTrial> replacing = replace_lost_readings(model, monitor, trial, pool);
   fitted.gate = drop_harmful_gates(model, monitor, trial, block, pool);
+  fitted.gate.replacing = replacing;
 
   // Statistics first, then their limits.
   std::vector<VectorXd> maxima;

@@ -6,6 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+#include "codegen/fold/fold.h"
 
 namespace nlo::trainer {
 namespace {
@@ -64,6 +69,32 @@ std::vector<WayToFly> ways_to_fly(const std::vector<FlownRun>& runs, Index gap, 
   return ways;
 }
 
+/// Returns 1 for each output that is due in every sample, and that the observer does not expect to be missing.
+VectorXd replaceable(const codegen::Model& model) {
+  VectorXd may = VectorXd::Zero(model.ny());
+  const std::vector<int> not_due = codegen::not_due(model);
+  for (int j = 0; j < model.measured(); ++j)
+    may(j) = not_due[static_cast<std::size_t>(j)] == 0 && !std::ranges::count(model.failures.outputs, j) ? 1.0 : 0.0;
+  return may;
+}
+
+/// Returns the runs without some of their readings, the same in every call.
+std::vector<FlownRun> with_lost_readings(std::vector<FlownRun> runs) {
+  constexpr std::uint64_t kOneIn = 50, kLongest = 3;
+  std::mt19937_64 engine(0x6c6f7374ULL);
+  for (FlownRun& run : runs)
+    for (Index j = 0; j < run.outputs.rows(); ++j) {
+      std::uint64_t lost = 0;
+      for (Index k = 0; k < run.samples(); ++k) {
+        if (lost == 0 && engine() % kOneIn == 0) lost = 1 + engine() % kLongest;
+        if (lost == 0) continue;
+        --lost;
+        run.outputs(j, k) = std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+  return runs;
+}
+
 double rms(const codegen::Model& model, const Monitor& monitor, const std::vector<FlownRun>& runs,
            const VectorXd& deviations, ThreadPool& pool) {
   std::vector<ErrorSum> sums(runs.size());
@@ -90,6 +121,20 @@ const GateTrial& worst(const std::vector<GateTrial>& trials) {
 }
 
 }  // namespace
+
+std::optional<GateTrial> replace_lost_readings(const codegen::Model& model, Monitor& monitor,
+                                               const std::vector<FlownRun>& runs, ThreadPool& pool) {
+  constexpr double kWorthIt = 0.95;
+  Monitor replacing = monitor;
+  replacing.replaces = replaceable(model);
+  if (runs.empty() || !replacing.replaces_any()) return std::nullopt;
+  const VectorXd deviations = state_deviations(runs);
+  const std::vector<FlownRun> lossy = with_lost_readings(runs);
+  const GateTrial trial{"with lost readings", rms(model, monitor, lossy, deviations, pool),
+                        rms(model, replacing, lossy, deviations, pool)};
+  if (trial.cost() < kWorthIt) monitor.replaces = replacing.replaces;
+  return trial;
+}
 
 GateReport drop_harmful_gates(const codegen::Model& model, Monitor& monitor, const std::vector<FlownRun>& runs,
                               Index gap, ThreadPool& pool) {
