@@ -85,7 +85,7 @@ row() {
     m55,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 1.15 ;;
     m55,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.9 ;;
     m55,gated_float | m55,gru_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
-    rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 of them
+    rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 multiply-adds in an instruction
     rv64v,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 0.4 ;;
     rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;;
     rv64,*) return ;;  # only a reference

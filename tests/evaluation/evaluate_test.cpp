@@ -262,7 +262,7 @@ Dataset resting() {
   return set;
 }
 
-TEST(ClosedLoopCost, IsTheDistanceFromTheLoopOfTheTrueState) {
+TEST(ClosedLoopCost, IsTheDistanceFromTheRunThatFeedsBackTheTrueState) {
   Dataset flown = resting();
   EXPECT_EQ(closed_loop_cost(resting(), flown).deviation(0), 0.0);
   flown.trajectories[0].states.array() += 2.0;  // up to 3, within twice the range, which is 2

@@ -102,7 +102,7 @@ TEST(Config, WindowsOfTheEvaluationReadBackAndAreLeftOutWhenDerived) {
   EXPECT_EQ(parse_experiment(kPlantExperiment, "f").source_text.find("[evaluation]"), std::string::npos);
 }
 
-TEST(Config, MissingCellsAreNumbersOrWordsAndReadBack) {
+TEST(Config, MissingCellsMayBeNumbersOrWordsAndAreReadBackUnchanged) {
   const std::string cells = "missing = [-9999, \"ERR\", 3.4e38, \"-0.50\", \"1.7976931348623157e+308\"]\n";
   const Experiment read = parse_experiment(with(kLogExperiment, "wrap = \"2pi\"", cells + "wrap = \"2pi\""), "e.toml");
   EXPECT_THAT(read.log->columns[1].missing, ElementsAre("-9999", "ERR", "3.4e+38", "-0.50", "1.7976931348623157e+308"));

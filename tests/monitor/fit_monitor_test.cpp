@@ -238,8 +238,8 @@ TEST(FitMonitor, ASensorIsFrozenIfItRepeatsAReadingLongerThanInTraining) {
   const RunSource limits{[&](int) { return runs; }, 1};
   const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
   const Monitor monitor = fit_monitor(model, runs, limits, std::nullopt, {}, request).monitor;
-  // 20 of 440 samples repeat a reading other than the resting one. The last 13 of them are 2.95 % of all samples, which
-  // may be treated as frozen; 14 would be 3.2 %.
+  // 20 of 440 samples repeat a reading other than the resting one. At most 3 % of all samples may be treated as frozen:
+  // the last 13 of the 20 are 2.95 %, and 14 would be 3.2 %.
   EXPECT_EQ(monitor.most_equal(1), 8.0);
   EXPECT_EQ(monitor.resting(1), 2.0);
   EXPECT_EQ(monitor.reference_sensor(1), 0.0) << "it goes to 3 when the other output leaves its rest";

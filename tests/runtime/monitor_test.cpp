@@ -28,7 +28,7 @@ int first_alarm(const Model& model, Alarm wanted, double (*y)(int), int samples 
   return -1;
 }
 
-TEST(Monitor, ConstantInnovationReachesItsVarianceAsAnExponential) {
+TEST(Monitor, VarianceOfAConstantInnovationRisesExponentially) {
   // v after n innovations of e: 1 + (1 - exp(-n / window)) (e^2 - 1), starting at v = 1. With e = 2 (y = 4) and window
   // 10, the limit 2.5 is exceeded when 1 - exp(-n / 10) > .5: at n = 7. The first sample gives no innovation.
   Model m = quiet_model();

@@ -94,7 +94,7 @@ TEST(SensorFailures, OutputsFailIndependently) {
   }
 }
 
-TEST(SensorFailures, ARateThatOverflowsOverAGapFadesCompletely) {
+TEST(SensorFailures, AReadingFadesCompletelyIfRateTimesGapOverflows) {
   auto model = failing_model<float>();
   model.failures.rate = 3.3e38F;  // a staleness of 3e-39 s, which validation refuses
   KklObserver observer(model);

@@ -63,7 +63,7 @@ TEST(NoProgress, KeepsTheFirstModelAndNamesALearningRateThatIsTooHigh) {
   EXPECT_EQ(run(experiment).outcome, TrainOutcome::kFinished) << "control";
 }
 
-TEST(NoProgress, AClosedFormThatStepsCannotImproveIsASuccess) {
+TEST(NoProgress, IsASuccessIfNoStepImprovesTheClosedFormFit) {
   Experiment experiment = small_experiment();
   experiment.inverse_map.linear_path = true;  // starts from ridge regression
   experiment.training.learning_rate = 1e-30;  // no step changes a float, so none improves the model

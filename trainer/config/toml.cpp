@@ -106,8 +106,8 @@ class Guard {
   int depth_ = 0, dots_ = 0;
 };
 
-/// Returns the first line of toml11's message without the name of the function. The message has several lines, "[error]
-/// toml::parse_array: missing ...\n --> file...", and FILE:LINE replaces the others.
+/// Returns the first line of a message of toml11 without the name of its function: "missing ..." of "[error]
+/// toml::parse_array: missing ...\n --> file...". The caller writes FILE:LINE instead of the other lines.
 std::string first_line(std::string message) {
   message = message.substr(0, message.find('\n'));
   for (const std::string_view prefix : {"[error] ", "toml::"})

@@ -21,9 +21,9 @@ struct ArithmeticError {
   std::int64_t boxes = 0;  ///< number examined
 };
 
-/// Bounds the error over all inputs of the region, [z; y], where the exported z has a further error of at most
-/// `latent_off` (n_z). Boxes whose bound is largest relative to `found` (n_x) are divided, until all bounds are within
-/// `gap` of it.
+/// Bounds the rounding error of the exported T* over all inputs [z; y] of the region, if z has an error of at most
+/// `latent_off` (n_z). Divides the box whose bound is largest relative to `found` (n_x, the largest errors seen), until
+/// every bound is at most (1 + gap) found, or `boxes` boxes are examined.
 ArithmeticError arithmetic_error(const codegen::Model& model, const MapRegion& region, const FlownMap& flown,
                                  const Eigen::VectorXd& latent_off, const Eigen::VectorXd& found, std::int64_t boxes,
                                  double gap);

@@ -72,8 +72,8 @@ constexpr ChannelHealth never_arrived(std::uint32_t not_due) {
   return static_cast<ChannelHealth>((most_missing(not_due) + 1) << 2U | kHeldBit);
 }
 
-/// Returns the health of a slow output as its status counts it. Samples that were not due do not count. Once the output
-/// is late by more than half its period, the samples since it was due count.
+/// Returns the health of a slow output for its status. While no sample is due, it is 0. If the output is late by more
+/// than half its period, it counts the samples since the output was due. With a clamped value in use, it counts all.
 ///   health  counts all samples since the output was last used unchanged; kClampedBit: a clamped value is in use
 constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) {
   const std::uint32_t count = health >> 2U, clamped = health >> 1U & 1U;
@@ -82,8 +82,8 @@ constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) 
   return static_cast<ChannelHealth>(clamped * (count << 2U | kClampedBit) + (1U - clamped) * held);
 }
 
-/// Returns the health of a slow output that may fail (sensor_failures.h) after `missed` samples and one more without a
-/// value of it. It counts the samples since its last value. A clamped value is in use until the output is late.
+/// Returns the health of a slow output with may_fail (sensor_failures.h) that has no value now and had none in `missed`
+/// samples before. It counts the samples since its last value. A clamped value is in use until the output is late.
 constexpr ChannelHealth absent_health(ChannelHealth last, int missed, std::uint32_t not_due) {
   const ChannelHealth next = counted_on(last, static_cast<std::uint32_t>(missed) + 1, kHeldBit | (last & kClampedBit));
   const bool late = (next >> 2U) > most_missing(not_due);
@@ -149,7 +149,7 @@ struct ReadingRange {
       const bool below = y[j] < min[j];
       const bool above = y[j] > max[j];
       bool good = is_finite(y[j]), clamped = false;
-      // Both branches select for themselves: a shared value would be moved between register files.
+      // Each branch calls select() itself: a shared result would be moved between register files.
       if (wrap[j] > Scalar(0)) {  // the model decides this branch, not the data
         good = good & !below & !above;
         // If y is within half a turn of the last value, y is used bit for bit. If the turn is a power of two, removing

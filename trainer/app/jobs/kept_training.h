@@ -19,8 +19,8 @@ std::string kept_folder(const std::string& root, const FinishedRun& inputs);
 /// Trains with these options: folder of checkpoints, whether to resume, the stop flag, and progress.
 using TrainingWork = std::function<TrainingResult(const TrainOptions& options)>;
 
-/// Runs `work` in `directory`, from its checkpoint if it was interrupted or killed. A damaged checkpoint costs its
-/// steps, not the run. With an empty directory nothing is kept.
+/// Runs `work` in `directory`, from its checkpoint if it was interrupted or killed. If the checkpoint is damaged,
+/// the training begins again. If the name `directory` is empty, no file is stored.
 TrainingResult resume_or_begin(const std::string& directory, const JobContext& context, const TrainingWork& work);
 
 /// Sets `model` to the one in `directory`, if it is complete and made from these inputs; otherwise to the result of

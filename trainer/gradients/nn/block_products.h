@@ -164,7 +164,7 @@ struct Products {
   /// Adds sum_s dv[o][s] a[i][s] to the gradient of W[o][i], for kRows x kTile entries of W.
   template <int kRows, int kTile>
   static NLO_INLINE void outer_tile(const Scalar* dv, const Scalar* a, Scalar* gradient, int columns) {
-    constexpr int kSlots = kKeepsLanes ? kTile : std::bit_ceil(unsigned{kTile});  // slots of a row of W among the sums
+    constexpr int kSlots = kKeepsLanes ? kTile : std::bit_ceil(unsigned{kTile});  // sums reserved for a row of W
     constexpr int kRegisters = (kRows * kSlots + kWidth - 1) / kWidth;
     P sums[kRegisters * kWidth] = {};
     for (int s = 0; s < kColumns; s += kWidth) {
