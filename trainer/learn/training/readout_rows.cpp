@@ -105,15 +105,13 @@ void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const
   }
 }
 
-/// Sets RowCandidate::distance.
+/// Sets RowCandidate::distance, which stays empty if there is no T*.
 void measure_distances(const codegen::Model& model, const MatrixXd& u, const SampledTruth& training,
                        std::vector<RowCandidate>& all) {
-  const bool has_map = codegen::inverse_map(model) != nullptr;
-  const MatrixXd map =
-      has_map ? MatrixXd(codegen::ReferenceObserver<float>(model).estimates(training.z, training.y)) : MatrixXd();
+  if (codegen::inverse_map(model) == nullptr) return;
+  const MatrixXd map = codegen::ReferenceObserver<float>(model).estimates(training.z, training.y);
   for (RowCandidate& candidate : all) {
     candidate.distance = VectorXd::Zero(model.nx());
-    if (!has_map) continue;
     const MatrixXd squares = (map - candidate.rows * with_one(u)).cwiseAbs2();
     for (Index i = 0; i < model.nx(); ++i)
       if (model.states[static_cast<std::size_t>(i)].wrap == 0.0)
@@ -163,7 +161,7 @@ StateSquares squares_in(const CandidateErrors& errors, const VectorXd& weights) 
 }  // namespace
 
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
-                                         const SampledTruth& training, double settled_from) {
+                                         const SampledTruth& training, double settled_from, bool with_distances) {
   const MatrixXd u = inputs.values(training);
   std::vector<RowCandidate> result;
   add_ridges(inputs.features(), u, inputs, training, settled_from, result);
@@ -175,7 +173,7 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
     const MatrixXd rows = inputs.reading_alone(j).transpose().replicate(model.nx(), 1);
     result.push_back({rows, true});
   }
-  measure_distances(model, u, training, result);
+  if (with_distances) measure_distances(model, u, training, result);
   return result;
 }
 
@@ -195,7 +193,7 @@ JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const
     };
     for (const RowCandidate& candidate : all) {
       errors.rows.push_back(errors_in(candidate.rows.row(i) * u));
-      errors.distances.push_back(candidate.distance(i));
+      errors.distances.push_back(candidate.distance.size() > 0 ? candidate.distance(i) : 0.0);
     }
     for (int j = 0; j < model.ny(); ++j) {
       const bool measures = j < model.measured() && model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
@@ -211,12 +209,13 @@ JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const
 }
 
 JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
-                           double settled_from) {
+                           double settled_from, bool with_distances) {
   const SampledTruth fitted = sample_truth(model, training, kReadoutSamples),
                      judged = sample_truth(model, left_out, kReadoutSamples);
   if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, fitted);
-  return squares_of(model, inputs, row_candidates(model, inputs, fitted, settled_from), judged, settled_from);
+  return squares_of(model, inputs, row_candidates(model, inputs, fitted, settled_from, with_distances), judged,
+                    settled_from);
 }
 
 namespace {

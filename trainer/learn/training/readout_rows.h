@@ -44,7 +44,7 @@ struct RowCandidate {
   Eigen::MatrixXd rows;  ///< n_x x (1 + all)
   bool reads_more = false;
   bool is_constant = false;  ///< the mean of each state
-  /// RMS distance of the rows and T* on training data, n_x. 0: no fallback, because there is no T* or the state wraps.
+  /// RMS distance of the rows and T* on training data, n_x. 0: no fallback, as the state wraps. Empty: not measured.
   Eigen::VectorXd distance = {};
 };
 
@@ -53,9 +53,10 @@ struct RowCandidate {
 ///   - the constant
 ///   - if a row can read outputs and inputs beside the features: the same ridges on both, then each reading alone
 /// If features are multiplied by clocks, a TransientRidge takes the place of the ridges on all samples.
-///   settled_from  end of the transient [sample periods since the start]
+///   settled_from    end of the transient [sample periods since the start]
+///   with_distances  RowCandidate::distance is measured, for a fallback
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
-                                         const SampledTruth& training, double settled_from);
+                                         const SampledTruth& training, double settled_from, bool with_distances);
 inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 
 /// Returns squared errors of T* and of every candidate on the samples of one set, whose weights have a sum > 0.
@@ -67,7 +68,7 @@ inline constexpr Eigen::Index kReadoutSamples = 150000;
 
 /// Returns squared errors on left-out data, for rows that are fitted to `training`. Empty if no truth counts there.
 JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
-                           double settled_from);
+                           double settled_from, bool with_distances);
 
 /// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i. If reach(i) > 0, row
 /// i becomes the fallback of state i.

@@ -216,7 +216,8 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, training);
-  const std::vector<RowCandidate> rows = row_candidates(model, inputs, training, settled_from);
+  const bool may_fall_back = codegen::inverse_map(model) != nullptr && config.fallback && !left_out.empty();
+  const std::vector<RowCandidate> rows = row_candidates(model, inputs, training, settled_from, may_fall_back);
   const JudgedSet on_validation = squares_of(model, inputs, rows, judged, settled_from);
   std::vector<JudgedSet> sets = left_out;
   if (sets.empty()) sets = {squares_of(model, inputs, rows, training, settled_from), on_validation};
@@ -227,7 +228,6 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
 
   const bool by_settled = config.readout == ReadoutChoice::kSettled;
   codegen::Network* map = codegen::inverse_map(model);
-  const bool may_fall_back = map != nullptr && config.fallback && !left_out.empty();
   VectorXd shares = VectorXd::Ones(model.nx()), reach = VectorXd::Zero(model.nx());
   MatrixXd chosen_rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
   bool reads_more = false;
@@ -364,7 +364,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
 
   const double from = settled_from(training);
   for_each_left_out([&](const Rollout& runs, const std::string& kind) {
-    JudgedSet squares = left_out_squares(model, flight, runs, from);
+    JudgedSet squares = left_out_squares(model, flight, runs, from, experiment.inverse_map.fallback);
     squares.kind = kind;
     if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
