@@ -50,7 +50,7 @@ struct Network {
   Eigen::MatrixXd skip;                       ///< n_out x n_u linear path beside the network; 0 x 0: none
   Eigen::VectorXd output_mean, output_scale;
   std::vector<double> largest_activations = {};  ///< one for each hidden layer, over the training data; empty: unknown
-  Fallback fallback = {};                        ///< of inverse_map only
+  Fallback fallback = {};                        ///< only inverse_map may have one
 
   int inputs() const { return static_cast<int>(features.cols()); }
   int outputs() const { return static_cast<int>(output_mean.size()); }

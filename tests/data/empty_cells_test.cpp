@@ -156,7 +156,7 @@ TEST_F(EmptyCellsOfLogs, AVelocityIsUnscoredAroundALongGapOfItsPosition) {
     const Trajectory& run = data.trajectories[0];
     for (int k = 0; k < run.samples(); ++k) {
       if (run.weight[k] > 0.0) {
-        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // of an amplitude of 5
+        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // the amplitude is 5
       }
     }
     return run.weight;

@@ -278,8 +278,8 @@ class Deriver {
     std::erase_if(banks, too_slow);
     if (banks.empty())
       throw codegen::Error(
-          fmt::format("runs of {} s with a sample each {} s are too short to derive eigenvalues from; simulate longer "
-                      "or more runs, or [observer] eigenvalues",
+          fmt::format("runs of {} s with a sample each {} s are too short to derive eigenvalues from; give longer or "
+                      "more runs, or [observer] eigenvalues",
                       shortest_text(length_s_), shortest_text(period_s_)));
     const std::vector<Reading> ways = readings(banks.front());
     if (ways.empty())  // this throws an error with the reason

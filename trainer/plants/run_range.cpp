@@ -82,8 +82,7 @@ std::string of_a_count(const Experiment& experiment, const std::string& state) {
   return fmt::format(
       "Nothing of the plant depends on it. If {} is an angle, give its full turn by [plant] state_wraps and "
       "output_wraps. If it counts without end, set [observer] features = \"latent_minus_output\" and output_injection "
-      "= "
-      "\"unit_gain\", which make its output relative; otherwise it is clamped in flight to the range of training",
+      "= \"unit_gain\", which make its output relative; otherwise it is clamped in flight to the range of training",
       state);
 }
 
