@@ -20,8 +20,8 @@ struct Tools {
 /// the end of LOG.
 std::string output_of(const std::string& command, const std::string& log);
 
-/// Returns the figures of a flight of DIRECTORY/model.json over the test logs in `data`, or over the first eight runs
-/// of the plant's test set:
+/// Returns the figures of a flight of DIRECTORY/model.json over the test logs in `data`, or over the first eight test
+/// runs of the plant:
 ///   in_domain            share of samples with in_domain()
 ///   first_in_domain      share of runs whose first sample has in_domain()
 ///   first_in_range       share of runs whose first estimate lies within the range of the truth

@@ -184,8 +184,8 @@ TEST(Evaluate, CountsTheDomainAndTheFirstSampleSeparately) {
 }
 
 TEST(Evaluate, RidgeOnTheFeaturesIsTheBestLinearEstimate) {
-  // T* reads z and y, and x1 = y: the readout reproduces it exactly, except for the ridge; x2 is not a linear function
-  // of both.
+  // T* reads z and y, and x1 = y: the readout reproduces x1 exactly, except for the ridge. No linear function of z and
+  // y gives x2.
   const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
   const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set, 0.0), other, {}, 1, 2);
   EXPECT_LT(ridge.metrics.per_component[0], 1e-4);

@@ -112,8 +112,8 @@ class CppCraft {
     }
     return nullptr;
   }
-  /// Samples after which a dead sensor must raise an alarm: the time until the monitor is armed, plus 40 time constants
-  /// of its slowest average.
+  /// Samples after which a dead sensor must raise an alarm: until the monitor is armed, plus 40 time constants of its
+  /// slowest average.
   long patience() const { return patience_; }
   bool alarms() const {
     if constexpr (kWatched) return monitor_.alarm() != Alarm::kNone;

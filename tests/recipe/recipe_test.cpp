@@ -198,30 +198,10 @@ TEST(Recipe, TriesNoPriorOnAPlantThatIsSimulatedExactly) {
 
 TEST(Recipe, TriesNoPriorForAnEncoderThatCountsWithoutEnd) {
   // A prior holds the count as a state, and a flight beyond the range of training would clamp it.
-  const Recipe recipe = derived(R"toml(name = "wheel"
-[plant]
-states = ["angle", "speed"]
-derivative = ["speed", "torque - friction * speed"]
-parameters = { friction = [0.4, 0.6] }
-inputs = ["torque"]
-output_names = ["y"]
-outputs = ["angle"]
-[simulation]
-horizon_s = 20.0
-sample_period_s = 0.05
-trajectories = 40
-initial_low = [-1.0, -2.0]
-initial_high = [1.0, 2.0]
-[excitation]
-low = [-2.0]
-high = [2.0]
-[training]
-noise = "gaussian:0.01"
-trajectories_per_step = 8
-samples_per_step = 256
-)toml");
+  const Recipe recipe = derived(kSpring, {"plant.derivative=[\"speed\", \"force - friction * speed\"]",
+                                          "plant.parameters={ friction = [0.4, 0.6] }"});
   EXPECT_NE(recipe.experiment.observer.structure, "prior");
-  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: angle may count without end"));
+  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" was not tried: position may count without end"));
 }
 
 std::string tank(const std::string& outflow) {

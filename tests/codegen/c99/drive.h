@@ -7,7 +7,7 @@
 //   #define NLO_SETTLES   // if it can start at a steady state
 //   #define NLO_WATCHED   // if it has a monitor
 //   #define NLO_SETTLES_BY_Y  // if the steady state depends on its outputs alone
-// Of NLO_STEPS steps, the first NLO_CALM are as in flight; they default to 20000 and 4000.
+// There are NLO_STEPS steps, and the first NLO_CALM are as in flight; they default to 20000 and 4000.
 // It defines `int rig_drive(void)`, which prints "rig HASH" and returns 0, or prints where the replay failed.
 // Measurements are made from integers and powers of two, so that nothing rounds, even if the compiler fuses operations.
 
