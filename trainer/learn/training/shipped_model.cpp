@@ -364,7 +364,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
 
   const double from = settled_from(training);
   for_each_left_out([&](const Rollout& runs, const std::string& kind) {
-    JudgedSet squares = left_out_squares(model, flight, runs, from, experiment.inverse_map.fallback);
+    JudgedSet squares = left_out_squares(model, flight, runs, from, training.experiment.inverse_map.fallback);
     squares.kind = kind;
     if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
