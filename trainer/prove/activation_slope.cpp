@@ -13,10 +13,10 @@ using codegen::ActivationRow;
 
 namespace {
 
-constexpr double kNarrowest = 1e-9;  // least width of an interval with a chord
+constexpr double kNarrowest = 1e-9;  // narrower intervals get a constant instead of a chord
 
-/// Bounds the error of about ten roundings and a library function, for values and slopes at arguments of this size:
-/// |value| <= 1.1 |x|, |slope| <= 1.1.
+/// Bounds the error of about ten roundings and one library function, in values and slopes at arguments of size `size`.
+/// Assumes |value| <= 1.1 |x| and |slope| <= 1.1.
 double slack(double size) {
   constexpr double kMany = 64.0;
   static_assert(kMany > 8.0 * kLibraryUlps);
@@ -26,7 +26,8 @@ double slack(double low, double high, double at = 0.0) {
   return slack(std::abs(low) + std::abs(high) + std::abs(at));
 }
 
-/// Widens a range over [low, high], computed from its ends, by the turning points of the function in between.
+/// Widens the range of a function over [low, high]: `lowest` and `highest` come from the two ends, and the function's
+/// turning points between the ends are added.
 void include_turns(const codegen::TurningPoints& turns, double low, double high, double& lowest, double& highest) {
   for (const codegen::TurningPoint& turn : turns) {
     if (low > turn.at + turn.margin || high < turn.at - turn.margin) continue;
@@ -39,7 +40,8 @@ struct Line {
   double centre, gradient, remainder;
 };
 
-/// Returns the chord of `function` on [low, high], moved to the middle of the remainder. `centre` is its value at `at`.
+/// Returns a line parallel to the chord of `function` on [low, high], shifted so that the remainder is symmetric. Its
+/// `centre` is the line's value at `at`.
 ///   bend  largest second derivative of the function
 template <class Function>
 Line chord(const Function& function, double bend, double low, double high, double at) {
@@ -71,7 +73,8 @@ SlopeRange slope_range(const ActivationRow& activation, double low, double high)
 
 SlopeLine slope_line(const ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      const Eigen::VectorXd& v) {
-  constexpr double kWidest = 2.0;  // over much of the curve, a chord is no better than a constant
+  // Wider intervals get a constant, because a chord over much of the curve is no better.
+  constexpr double kWidest = 2.0;
   const Eigen::Index n = v.size();
   SlopeLine line{Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -100,7 +103,7 @@ ActivationLine activation_line(const ActivationRow& activation, const Eigen::Vec
     if (high(i) - low(i) <= kNarrowest) {  // slopes are below 1.1
       line.offset(i) = activation.value(low(i));
       line.remainder(i) = 2.0 * kNarrowest + slack(low(i), high(i));
-    } else if (activation.kink_at_zero) {  // its chord and the line below it through the kink
+    } else if (activation.kink_at_zero) {  // parallel to the chord, midway between it and the kink
       const double a = activation.value(low(i)), b = activation.value(high(i));
       line.gradient(i) = (b - a) / (high(i) - low(i));
       const double gap = 0.5 * std::max(a - line.gradient(i) * low(i), 0.0);

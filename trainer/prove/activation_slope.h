@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Bounds of an activation and of its slope over an interval, from which bounds of a network's Jacobian are made. They
-// follow from the activation's row in codegen/model/activations.h and hold for the real function: rounding is included,
-// with functions of the standard library as rounding.h assumes them.
+// Bounds an activation and its slope over an interval. The bounds of a network's Jacobian use these. They follow from
+// the activation's row in codegen/model/activations.h and hold for the real function: they include rounding errors,
+// with the accuracy of the standard library's functions that rounding.h assumes.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,7 +30,7 @@ struct SlopeLine {
 SlopeLine slope_line(const codegen::ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      const Eigen::VectorXd& v);
 
-/// The activations over such intervals: activation(x) = offset + gradient x +- remainder.
+/// The activations over intervals of their pre-activations x: activation(x) = offset + gradient x +- remainder.
 struct ActivationLine {
   Eigen::VectorXd offset, gradient, remainder;
 };

@@ -17,7 +17,7 @@ using Eigen::Index;
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// The map and its form in the export, over one box at a time.
+/// Bounds the error of the exported map over one box at a time.
 class FlownEnclosure {
  public:
   FlownEnclosure(const codegen::Model& model, const MapRegion& region, const FlownMap& flown, const Vector& latent_off)
@@ -35,7 +35,7 @@ class FlownEnclosure {
     path_off_ = real_.linear_path_rounding().leftCols(reads);
     layers_[0].weights = layers_[0].weights.leftCols(reads).eval();
     off_[0].weights = off_[0].weights.leftCols(reads).eval();
-    if (layers_.size() == 1) {  // it takes the path up
+    if (layers_.size() == 1) {  // a map of one layer includes the linear path
       layers_[0].weights += path_;
       off_[0].weights += path_off_;
       path_.setZero();

@@ -18,7 +18,7 @@ namespace nlo::trainer {
 
 struct ArithmeticError {
   Eigen::VectorXd bound;   ///< one for each output, n_x
-  std::int64_t boxes = 0;  ///< number examined
+  std::int64_t boxes = 0;  ///< number of examined boxes
 };
 
 /// Bounds the rounding error of the exported T* over all inputs [z; y] of the region, if z has an error of at most

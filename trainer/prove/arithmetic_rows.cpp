@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Rows about the arithmetic of exports: float, 16-bit weights and int16 compared with real numbers, for each estimate.
+// Rows about the arithmetic of exports. For each estimate, they compare float, 16-bit weights and int16 with real
+// numbers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -63,7 +64,7 @@ Flown flown_in(const codegen::Model& model, const Format& format, const Jacobian
   return flown;
 }
 
-/// Both maps at points of the domain.
+/// Evaluates the exported and the exact map at points of the domain.
 class MapSearch {
  public:
   MapSearch(const codegen::Model& model, const MapRegion& region, const Flown& flown)
@@ -90,7 +91,7 @@ class MapSearch {
   /// Returns the largest error at random points, and then at draws around the best point of each output.
   Vector largest(std::uint64_t seed) const {
     constexpr int kPoints = 4000, kDraws = 1500;
-    constexpr double kInside = 1.0 - 1e-6;  // a float close to an end is not beyond it
+    constexpr double kInside = 1.0 - 1e-6;  // a rounded float near the end stays inside
     std::mt19937_64 engine(seed);
     const Index n = region_.box.centre.size();
     const auto draw = [&] {
@@ -126,8 +127,8 @@ class MapSearch {
   codegen::ReferenceNetwork<float> float_;
 };
 
-/// Readings of a flight: tones (with faults), or constant levels. When z in float comes to rest at a level, it stops
-/// early.
+/// Makes the readings of a flight: tones with faults, or constant levels. With constant levels, the flight stops early
+/// once z in float no longer changes.
 codegen::ReplayInputs flight(const codegen::Model& model, int stale_after, std::uint64_t seed, double amplitude,
                              bool levels) {
   constexpr int kSamples = 1500;
@@ -183,10 +184,12 @@ Vector largest_in_flight(const codegen::Model& model, const Format& format, cons
 /// Returns the reason why the steps of z have no row; empty if they have one.
 std::string steps_left_out(const codegen::Model& model) {
   if (!moves_linearly(model))
-    return fmt::format("the steps of structure {} are not part of it", codegen::structure_name(model));
-  if (codegen::flown_ranges(model).any_wraps()) return "the steps of z are not part of it: an output turns z back";
-  if (!model.failures.outputs.empty()) return "the steps of z are not part of it: outputs may be missing";
-  if (model.measured() != model.ny()) return "the steps of z are not part of it: outputs are computed";
+    return fmt::format("the steps of z are not included for structure {}", codegen::structure_name(model));
+  if (codegen::flown_ranges(model).any_wraps())
+    return "the steps of z are not included, because an output is an angle that wraps";
+  if (!model.failures.outputs.empty()) return "the steps of z are not included, because outputs may be missing";
+  if (model.measured() != model.ny())
+    return "the steps of z are not included, because some outputs are computed from others";
   return "";
 }
 
@@ -194,7 +197,7 @@ std::string steps_left_out(const codegen::Model& model) {
 
 CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOptions& options) {
   constexpr std::int64_t kBoxes = 4000;
-  constexpr const char* kWhat = "|flown - real| of an estimate";
+  constexpr const char* kWhat = "|exported - real| of an estimate";
   CertificateRows rows;
   if (const std::string why = reason_against_map(model); !why.empty()) return {absent_row("arithmetic", kWhat, why)};
   const MapRegion region = domain_region(model);
@@ -224,18 +227,18 @@ CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOption
       const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
       CertificateRow row;
       row.id = fmt::format("{}.{}", id, state.name);
-      row.what = fmt::format("|{} flown in {} - {} of real numbers|", state.name, format.id, state.name);
+      row.what = fmt::format("|{} exported in {} - {} in real numbers|", state.name, format.id, state.name);
       row.unit = state.unit;
       row.bound = error.bound(i);
       row.found = found(i);
       row.where =
           left_out.empty() ? "at draws in the domain, and in flights that stayed in it" : "at draws in the domain";
-      row.note = left_out.empty()
-                     ? fmt::format(
-                           "after any number of steps, while z and readings stay in the domain; z has an error of {} "
-                           "at most",
-                           significant(latent_off.maxCoeff(), 2))
-                     : "of T* on the z that flies; " + left_out;
+      row.note =
+          left_out.empty()
+              ? fmt::format(
+                    "after any number of steps, while z and readings stay in the domain; the error of z is at most {}",
+                    significant(latent_off.maxCoeff(), 2))
+              : "error of T* alone, for the exported z; " + left_out;
       rows.push_back(std::move(row));
     }
   }

@@ -19,21 +19,21 @@ double noise_limit(const std::string& text, const NoiseConfig& training) {
                                                       : std::sqrt(3.0 * noise_row(own.kind).variance));
   };
   if (text.empty()) {
-    double largest = 0.0;  // all outputs share the largest V
+    double largest = 0.0;  // one V for all outputs: the largest
     for (const SensorNoise& own : training.sensors) largest = std::max(largest, as_uniform(own));
     return largest == 0.0 ? kDefault : largest;
   }
   const NoiseConfig noise = parse_noise(text);
   if (noise.sensors.size() > 1)
-    throw codegen::Error(fmt::format("--noise {}: the bound has one V for all outputs; give one noise", text));
+    throw codegen::Error(fmt::format("--noise {}: the bound uses one V for all outputs; give a single noise", text));
   const SensorNoise& own = noise.sensors.front();
   if (own != SensorNoise{own.kind, own.scale, own.shape})
     throw codegen::Error(
-        fmt::format("--noise {}: the bound is about bounded noise about zero; write uniform:HALF_WIDTH alone", text));
+        fmt::format("--noise {}: the bound needs bounded noise with mean zero; write only uniform:HALF_WIDTH", text));
   if (!noise_row(own.kind).bounded())
     throw codegen::Error(
-        fmt::format("--noise {}: this noise has no bound, and the bound is about bounded noise; write "
-                    "uniform:{:.4g}, which is as strong",
+        fmt::format("--noise {}: this noise is unbounded, but the proof needs bounded noise; write uniform:{:.4g}, "
+                    "which has the same standard deviation",
                     text, as_uniform(own)));
   return as_uniform(own);
 }
@@ -41,7 +41,7 @@ double noise_limit(const std::string& text, const NoiseConfig& training) {
 double disturbance_limit(const std::string& text) {
   const auto limit = finite_number(text);
   if (limit && *limit >= 0.0) return *limit;
-  throw codegen::Error(fmt::format("--disturbance {}: must be a number from 0 on, the largest |w|", text));
+  throw codegen::Error(fmt::format("--disturbance {}: must be a number of at least 0, the largest |w|", text));
 }
 
 }  // namespace nlo::trainer

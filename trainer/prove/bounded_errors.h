@@ -8,8 +8,8 @@
 
 namespace nlo::trainer {
 
-/// Returns V of |v_j| <= V. Without --noise, it is that of a uniform noise as strong as the training's. Throws
-/// codegen::Error with the name of the option if the noise has no bound or its mean is not 0.
+/// Returns V of |v_j| <= V. Without --noise, V belongs to uniform noise with the standard deviation of the training
+/// noise. Throws codegen::Error with the name of the option if the noise has no bound or its mean is not 0.
 double noise_limit(const std::string& text, const NoiseConfig& training);
 
 /// Returns W >= 0. Throws codegen::Error with the name of the option.

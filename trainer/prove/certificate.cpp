@@ -16,19 +16,21 @@ struct RowMaker {
   const char* name;
   CertificateRows (*rows)(const codegen::Model& model, const CertifyOptions& options);
 };
-constexpr RowMaker kRowMakers[] = {
-    {"reachable latent states", latent_rows},      {"contraction", contraction_rows},
-    {"Lipschitz constants of T*", lipschitz_rows}, {"largest estimates", estimate_rows},
-    {"the error that stays", steady_rows},         {"robustness to noise", robustness_rows},
-    {"arithmetic that flies", arithmetic_rows}};
+constexpr RowMaker kRowMakers[] = {{"reachable latent states", latent_rows},
+                                   {"contraction", contraction_rows},
+                                   {"Lipschitz constants of T*", lipschitz_rows},
+                                   {"largest estimates", estimate_rows},
+                                   {"steady error", steady_rows},
+                                   {"robustness to noise", robustness_rows},
+                                   {"arithmetic of the exports", arithmetic_rows}};
 
 std::vector<std::string> assumptions() {
   return {
-      "The model's constants are what the file says, in double; real numbers beyond that.",
-      "Arithmetic of this program is IEEE double, rounded to nearest; its roundings are part of each bound.",
+      "The model's constants are the doubles in its file; the bounds compare with exact arithmetic on these constants.",
+      "This program computes in IEEE double, rounded to nearest; each bound includes its rounding errors.",
       "Functions of the C library (tanh, exp) are within 4 units in the last place.",
-      "Coefficients of a step, as double has them, are within 128 units in the last place and |lambda h| times that.",
-      "A target's floats are IEEE binary32, rounded to nearest; what it flies is what the export wrote."};
+      "The coefficients of a step in double have an error of at most 128 (1 + |lambda h|) units in the last place.",
+      "The target computes in IEEE binary32, rounded to nearest, with the numbers that the export wrote."};
 }
 
 }  // namespace
@@ -65,11 +67,11 @@ std::string certificate_text(const Certificate& certificate) {
                       : std::vector<std::string>{what, evidence_name(row.evidence), significant(row.bound, 4),
                                                  significant(row.found, 4), significant(row.bound / row.found, 4)});
     std::string note = row.note;
-    if (!row.where.empty()) note += fmt::format("{}found {}", note.empty() ? "" : "; ", row.where);
-    if (note.size() > kLongestNote) note = note.substr(0, kLongestNote) + "... (--json has all)";
+    if (!row.where.empty()) note += fmt::format("{}largest value found {}", note.empty() ? "" : "; ", row.where);
+    if (note.size() > kLongestNote) note = note.substr(0, kLongestNote) + "... (--json prints all of it)";
     if (!note.empty()) notes += fmt::format("  {}: {}\n", row.id, note);
   }
-  std::string text = fmt::format("{}, structure {}: what is proven, and what a search has found\n\n{}\n",
+  std::string text = fmt::format("{}, structure {}: proven bounds, and the largest values that a search found\n\n{}\n",
                                  certificate.model, certificate.structure, table.to_text(2, kOneTable));
   text += notes + "Assumed:\n";
   for (const std::string& assumption : certificate.assumptions) text += "  " + assumption + "\n";
@@ -97,8 +99,8 @@ std::string broken_rows(const Certificate& certificate) {
   std::string text;
   for (const CertificateRow& row : certificate.rows)
     if (row.is_broken())
-      text += fmt::format("{}{} is {} at most, and {} is found{}", text.empty() ? "" : "; ", row.id, row.bound,
-                          row.found, row.where.empty() ? "" : " " + row.where);
+      text += fmt::format("{}the bound of {} is {}, but a search found {}{}", text.empty() ? "" : "; ", row.id,
+                          row.bound, row.found, row.where.empty() ? "" : " " + row.where);
   return text;
 }
 

@@ -24,7 +24,7 @@ enum class Evidence {
 const char* evidence_name(Evidence evidence);
 
 /// If `bound` is proven, the quantity never exceeds it. `found` is the largest value that a search has found. If a
-/// model has no such quantity, its row has neither of them, and the note gives the reason.
+/// model does not have this quantity, `bound` and `found` are NaN, and the note gives the reason.
 struct CertificateRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

@@ -20,7 +20,7 @@ using Vector = Eigen::VectorXd;
 
 constexpr double kOne = kernels::int16::kOne;
 constexpr double kTanhUnit = 0x1p16;  // unit of tanh's argument
-constexpr double kSubnormal = 1e-30;  // loss of floats below 2^-126 and of z below 2^-100
+constexpr double kSubnormal = 1e-30;  // bounds the loss by floats below 2^-126 and by z below 2^-100
 
 /// Returns the real layers for the first `inputs` inputs of T*. A network of one layer includes the linear path.
 std::vector<codegen::DenseLayer> real_layers(const JacobianEnclosure& real, Index inputs) {
@@ -36,7 +36,7 @@ std::vector<codegen::DenseLayer> real_roundings(const JacobianEnclosure& real, I
   return layers;
 }
 
-/// Bounds the error of the difference a - b, which comes from rounding and from the error `off` of b.
+/// Bounds the error of the computed difference a - b: its rounding error plus the error `off` of b.
 Matrix besides(const Matrix& a, const Matrix& b, const Matrix& off) {
   return upward(2.0 * kUnit * (a.cwiseAbs() + b.cwiseAbs()) + off, 4);
 }
@@ -45,7 +45,7 @@ Matrix apart(const Matrix& a, const Matrix& b, const Matrix& off) {
   return upward((a - b).cwiseAbs() + besides(a, b, off), 2);
 }
 
-/// Compares an exported layer with the real one, which has the error `off` itself.
+/// Compares an exported layer with the real layer, whose computed numbers have the error `off`.
 FlownLayer compared(const codegen::DenseLayer& flown, const codegen::DenseLayer& real, const codegen::DenseLayer& off) {
   FlownLayer layer;
   layer.known = {flown.weights - real.weights, flown.bias - real.bias};
@@ -57,7 +57,7 @@ Matrix in_float(const Matrix& values) {
   return values.cast<float>().cast<double>();
 }
 
-/// Returns the largest |(q + 1/2) / 32767 - tanh| of the table. It tries all arguments.
+/// Returns the largest |(q + 1/2) / 32767 - tanh| of the table over all its arguments.
 double table_error() {
   static const double largest = [] {
     constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
@@ -114,12 +114,13 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
   const std::vector<codegen::DenseLayer> layers = real_layers(real, inputs), off = real_roundings(real, inputs);
   const bool is_tanh_map = network.activation == Activation::kTanh;
   FlownMap map;
-  // The value of one unit of an integer, and the value for an integer of zero.
+  // per_unit: the value of one integer step. offset: the value of the integer zero.
   Vector per_unit = network.gain.cast<double>().cwiseInverse(), offset = network.centre.cast<double>();
   map.input_off.resize(inputs);
   for (Index i = 0; i < inputs; ++i) {
     const double reach = std::max(high(i) - offset(i), offset(i) - low(i)), end = kOne * per_unit(i);
-    // A difference and a product are rounded before the integer is; beyond its range an input is its end.
+    // A difference and a product are rounded before the conversion to an integer. An input beyond its range is clamped
+    // to the nearer end.
     map.input_off(i) = upward((kProvenInt16Input + 2.5 * kFloatUnit * kOne) * per_unit(i) + std::max(reach - end, 0.0) +
                                   4.0 * kUnit * (std::abs(low(i)) + std::abs(high(i))),
                               4);
@@ -144,14 +145,15 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
     if (last) {
       layer.sum_off = kSubnormal;
     } else {
-      layer.sum_off = 0.5 / unit;  // shifting rounds down, and the bias has half a unit for it
+      layer.sum_off = 0.5 / unit;  // the shift rounds down; half a unit in the bias centres this error
       if (!is_tanh_map) layer.largest = largest[l];
     }
     map.layers.push_back(std::move(layer));
     per_unit = Vector::Constant(rows, (is_tanh_map || last ? 1.0 : largest[l]) / kOne);
     offset = Vector::Constant(rows, is_tanh_map ? 0.5 / kOne : 0.0);
   }
-  if (is_tanh_map) map.activation_off = upward(table_error() + (1.0 - std::tanh(8.0)) + 1e-9, 2);  // its end is +-8
+  if (is_tanh_map)
+    map.activation_off = upward(table_error() + (1.0 - std::tanh(8.0)) + 1e-9, 2);  // the table ends at +-8
   map.output_rounding = float_gamma(2);
   if (network.linear_path.size() != 0) {
     map.path_off = apart(network.linear_path.cast<double>(), real.linear_path().leftCols(inputs),
@@ -164,8 +166,8 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
 }
 
 Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vector& high) {
-  // Error of a step's coefficients in double: Higham, Functions of Matrices, section 10.7.4 gives 3 units and |lambda
-  // h| of them for the method of nlo/latent.h. Both are negligible beside float's unit.
+  // Error of a step's coefficients in double: Higham, Functions of Matrices, section 10.7.4 gives an error of 3 (1 +
+  // |lambda h|) units for the method of nlo/latent.h. Both are negligible beside float's unit.
   constexpr double kCoefficients = 128.0 * kUnit;
   const codegen::LinearLatent& latent = *codegen::linear_latent(m);
   const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
@@ -200,7 +202,7 @@ Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vect
     for (Index i = 0; i < rows; ++i)
       start += lost(m.initial_latent(r + i)) + (latent.starts_steady ? sums * std::abs(m.initial_latent(r + i)) : 0.0);
     const double size = size_of(z);
-    // If the exported z has the error `by`, it must be at most `by` after a step, too.
+    // Bounds the error of z after any number of steps, if every step is rounded as for a z with the error `by`.
     const auto settled = [&](double by) {
       const Vector local = kFloatUnit * (z.segment(r, rows).array() + by) + (kSubnormal + a_off * size) +
                            sums * (a_size * (size + by) + pushes.array()) + push_off.array();

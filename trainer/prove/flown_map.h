@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An inverse map T* in an export, described by the largest error of each of its numbers and operations: of float
-// (either policy, any order of the sums), of 16-bit weights, and of the integers of --scalar int16.
+// Describes an exported inverse map T* by the largest error of each of its numbers and operations. It covers float
+// (either policy, any order of the sums), 16-bit weights, and the integers of --scalar int16.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,19 +23,19 @@ double float_gamma(Eigen::Index roundings);
 /// Layer l reads a and computes W a + b. The export has (W + known +- off) a + (b + known +- off), summed as below.
 struct FlownLayer {
   codegen::DenseLayer known, off;
-  double sum_rounding = 0.0;                                 ///< relative to the sum of the sizes of all terms
-  double sum_off = 0.0;                                      ///< further error of each sum
-  double largest = std::numeric_limits<double>::infinity();  ///< its activation is limited to this
+  double sum_rounding = 0.0;  ///< error of each sum, relative to the sum of its terms' sizes
+  double sum_off = 0.0;       ///< absolute error of each sum, added to the relative one
+  double largest = std::numeric_limits<double>::infinity();  ///< the export limits its activation to +- this
 };
 
 struct FlownMap {
   Eigen::VectorXd input_off;  ///< error of the first layer's inputs, n_in
   std::vector<FlownLayer> layers;
   double activation_off = 0.0;       ///< error of each activation
-  double activation_relative = 0.0;  ///< further error, relative to the size of its argument
+  double activation_relative = 0.0;  ///< additional error, relative to the size of its argument
   Eigen::MatrixXd path_off;          ///< error of the linear path, n_x x n_in
-  double path_rounding = 0.0;        ///< relative to the sizes of the sums to which it is added
-  double output_rounding = 0.0;      ///< relative to the size of an output
+  double path_rounding = 0.0;        ///< error of adding the path, relative to the sizes of the sums
+  double output_rounding = 0.0;      ///< error of each output, relative to its size
 };
 
 /// Returns the map of a float or 16-bit export. `folded` comes from in_formats().
@@ -47,8 +47,8 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
                         const std::vector<double>& largest, const Eigen::VectorXd& low, const Eigen::VectorXd& high);
 
 /// Bounds the difference between z of a float export and z of the real equations, n_z. It holds after a reset for any
-/// measurements and any number of steps, as long as z stays within `low`, `high`. For a model whose z moves linearly,
-/// without angles.
+/// measurements and any number of steps, as long as z stays between `low` and `high`. The model must have linear latent
+/// dynamics and no angles.
 Eigen::VectorXd float_latent_error(const codegen::Model& model, const Eigen::VectorXd& low,
                                    const Eigen::VectorXd& high);
 

@@ -68,7 +68,7 @@ class ForwardMap::Switched final : public Plant {
         chi *=
             smooth_switch(std::abs(x(i, b) - domain_.centre(i)) / domain_.half_width(i), domain_.inner, domain_.outer);
       if (chi == 0.0) {
-        dx.col(b).setZero();  // for any f there, even NaN
+        dx.col(b).setZero();  // also if f is NaN there
       } else if (chi < 1.0) {
         dx.col(b) *= chi;
       }
@@ -130,7 +130,7 @@ Eigen::MatrixXd ForwardMap::at(const Eigen::MatrixXd& x) const {
 std::vector<Eigen::MatrixXd> ForwardMap::jacobians(const Eigen::MatrixXd& x, double step) const {
   const Eigen::Index nx = x.rows(), count = x.cols();
   const Eigen::VectorXd epsilon = (step > 0.0 ? step : options_.difference_step) * domain_.half_width;
-  Eigen::MatrixXd around(nx, 2 * nx * count);  // for each state: all points moved up, then all moved down
+  Eigen::MatrixXd around(nx, 2 * nx * count);  // for each state: all points shifted up, then all points shifted down
   for (Eigen::Index i = 0; i < nx; ++i) {
     for (const int side : {0, 1}) {
       auto moved = around.middleCols((2 * i + side) * count, count);
@@ -199,7 +199,7 @@ Eigen::VectorXd ForwardMap::pde_residual(const Eigen::MatrixXd& x) const {
 }
 
 Eigen::MatrixXd sylvester_map(const Eigen::MatrixXd& a, const Eigen::MatrixXd& c, const LatentSystem& system) {
-  constexpr double kSingular = 1e-10;  // relative; closer to singular, the rows of T would be rounding errors
+  constexpr double kSingular = 1e-10;  // smallest / largest singular value; below it, rounding errors dominate T
   const std::vector<LatentMode> modes = modes_of(system);
   Eigen::MatrixXcd t = Eigen::MatrixXcd::Zero(static_cast<Eigen::Index>(modes.size()), a.cols());
   for (std::size_t i = 0; i < modes.size(); ++i) {

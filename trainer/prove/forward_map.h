@@ -29,8 +29,8 @@ MapDomain domain_around(const Eigen::MatrixXd& states);
 
 /// Numerical settings; the defaults leave relative errors of about 1e-7 in T.
 struct ForwardMapOptions {
-  double longest_step_s = 0.02;   ///< longest step of Runge-Kutta and quadrature
-  double step_per_time = 0.25;    ///< step <= this / max |lambda|
+  double longest_step_s = 0.02;   ///< longest step of Runge-Kutta and of the quadrature [s]
+  double step_per_time = 0.25;    ///< the step is at most this / max |lambda|
   double truncation = 1e-7;       ///< the past is followed until exp(max Re lambda s) falls below this
   double difference_step = 1e-4;  ///< step of the differences for dT/dx, in half widths of the domain
 };
@@ -38,8 +38,8 @@ struct ForwardMapOptions {
 class ForwardMap {
  public:
   /// Keeps a reference to `plant`. The method has order 4 in the step: RK4 with half steps, and on each step exp(D s)
-  /// times the parabola through three outputs is integrated exactly. In the past beyond the truncation, the plant
-  /// counts as standing still.
+  /// times the parabola through three outputs is integrated exactly. Before the truncated past, the plant is assumed to
+  /// stand still.
   ForwardMap(const Plant& plant, LatentSystem system, MapDomain domain, ForwardMapOptions options = {});
   ~ForwardMap();
   ForwardMap(const ForwardMap&) = delete;
@@ -49,7 +49,7 @@ class ForwardMap {
   Eigen::MatrixXd at(const Eigen::MatrixXd& x) const;
 
   /// dT/dx at each column of x (n_x x B), n_z x n_x: central differences, with an error of second order in the step.
-  /// `step` in half widths of the domain; 0: the option's.
+  /// `step` is in half widths of the domain; 0: uses the option difference_step.
   std::vector<Eigen::MatrixXd> jacobians(const Eigen::MatrixXd& x, double step = 0.0) const;
 
   struct Path {
@@ -57,8 +57,8 @@ class ForwardMap {
   };
 
   /// Returns T along whole runs of the plant: T(x(0)) is computed backwards, then z' = D z + F h(x) is integrated
-  /// forwards with the plant, and T follows it. Forwards, errors of T decay as exp(D t). Backwards, a run near an
-  /// attractor leaves it.
+  /// forwards with the plant, and T follows it. Forwards, errors of T decay as exp(D t). This avoids backward runs near
+  /// an attractor, which would leave it.
   Path along(const Eigen::MatrixXd& initial, double sample_period_s, Eigen::Index samples) const;
 
   /// Returns |dT/dx f - D T - F h| at each column of x with the plant's own f, which is the residual of (5) [units of z

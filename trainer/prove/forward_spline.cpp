@@ -28,7 +28,8 @@ ForwardSpline::ForwardSpline(const PlantEnclosure& plant, LatentSystem system, c
   if (nx > static_cast<Eigen::Index>(kMostStates))
     throw codegen::Error("a proof over a region of states needs a plant with at most 3 states");
   powers_ = all_powers<Powers>(static_cast<std::size_t>(nx), static_cast<int>(n) - 1);
-  // Each corner has m^n_x unknowns. A cell lists its own state by state: those of the left end, then of the right one.
+  // Each corner has m^n_x unknowns. For each state, a cell lists the unknowns of its left end first, then those of its
+  // right end.
   std::vector<Eigen::Index> first_of_corner;
   const Eigen::Index corners = region.per_state() + 1;
   Eigen::Index per_corner = 1, count = 1;
@@ -73,7 +74,7 @@ ForwardSpline::ForwardSpline(const PlantEnclosure& plant, LatentSystem system, c
       if (mode.rows == 2) coefficients_[c].col(mode.row + 1) = own.imag();
     }
   }
-  // `to_polynomial` is off by some roundings of its own inverse, and its products by those of their sums.
+  // The error comes from rounding: in the inverse that made `to_polynomial`, and in the sums of its products.
   const double size = std::pow(to_polynomial.cwiseAbs().rowwise().sum().maxCoeff(), nx);
   error_ = gamma(100 * n * nx) * size * largest * 2.0;
 }
@@ -81,7 +82,7 @@ ForwardSpline::ForwardSpline(const PlantEnclosure& plant, LatentSystem system, c
 ForwardSpline::Local ForwardSpline::local(const StateBox& box, const Vector& unit) const {
   const Eigen::Index nx = plant_.nx(), nz = system_.nz(), n = 2 * shared_;
   const Eigen::Index cell = region_.cell_of(box.centre);
-  if (cell < 0) throw codegen::Error("a box outside of the region was asked for");
+  if (cell < 0) throw codegen::Error("the box is outside of the region, where the spline is not defined");
   const StateBox& own = cells_[static_cast<std::size_t>(cell)];
   Local local{coefficients_[static_cast<std::size_t>(cell)], Matrix(static_cast<Eigen::Index>(powers_.size()), nz)};
   const Vector largest = local.coefficients.cwiseAbs().colwise().maxCoeff();
@@ -112,7 +113,7 @@ ForwardSpline::Local ForwardSpline::local(const StateBox& box, const Vector& uni
 MapRanges ForwardSpline::over(const StateBox& box) const {
   const Eigen::Index nx = plant_.nx(), nz = system_.nz();
   const Eigen::Index cell = region_.cell_of(box.centre);
-  // A box that is a point may have any unit of distance.
+  // A direction without width needs a unit of distance too; any unit is correct.
   Vector unit = box.radius;
   for (Eigen::Index p = 0; p < nx; ++p)
     if (unit(p) == 0.0) unit(p) = cells_[static_cast<std::size_t>(std::max<Eigen::Index>(cell, 0))].radius(p);

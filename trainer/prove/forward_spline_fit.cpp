@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The least squares that a spline T~ comes from.
+// The least-squares fit of a spline T~.
 #include <Eigen/SparseCholesky>
 #include <cmath>
 #include <complex>
@@ -16,13 +16,14 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, const Matrix& z) const {
-  // Relative to the largest, for T~ that (5) leaves free, as beside an attracting orbit.
+  // Relative to the largest diagonal entry. It keeps the equations solvable where (5) does not determine T~, as near an
+  // attracting orbit.
   constexpr double kRidge = 1e-14;
   using Sparse = Eigen::SparseMatrix<std::complex<double>>;
   const Eigen::Index nx = plant_.nx(), n = 2 * shared_;
   const auto products = static_cast<Eigen::Index>(powers_.size());
   const Matrix to_polynomial = hermite(shared_);
-  // The shapes that belong to a cell's unknowns in one state, at a distance from its centre; and their slopes.
+  // The Hermite shape functions of a cell in one state, at a distance from the cell's centre, and their slopes.
   const auto shapes = [&](double distance) {
     Eigen::RowVectorXd powers(n);
     for (Eigen::Index k = 0; k < n; ++k) powers(k) = std::pow(distance, k);
@@ -33,7 +34,7 @@ Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, 
     for (Eigen::Index k = 1; k < n; ++k) powers(k) = static_cast<double>(k) * std::pow(distance, k - 1);
     return Eigen::RowVectorXd(powers * to_polynomial);
   };
-  // Points of a cell: more of them than it has unknowns, so that nothing grows between them.
+  // Each cell has more points than unknowns, so that the polynomial cannot oscillate between the points.
   const Eigen::Index side = n + 1;
   Matrix values(side, n), slopes(side, n);
   Vector at(side);
@@ -43,7 +44,7 @@ Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, 
     slopes.row(i) = shape_slopes(at(i));
   }
   const auto places = all_powers<Powers>(static_cast<std::size_t>(nx), static_cast<int>(side) - 1);
-  std::vector<std::vector<Eigen::Index>> met(cells_.size());  // columns of x
+  std::vector<std::vector<Eigen::Index>> met(cells_.size());  // for each cell: columns of x in it
   for (Eigen::Index b = 0; b < x.cols(); ++b) {
     const Eigen::Index cell = region_.cell_of(x.col(b));
     if (cell < 0) continue;
@@ -105,7 +106,9 @@ Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, 
   const Eigen::SimplicialLDLT<Sparse> factors(normal);
   Eigen::MatrixXcd solved = factors.solve(right);
   if (factors.info() != Eigen::Success || !solved.allFinite())
-    throw codegen::Error("no spline solves (5) over this region: the plant's equations have no values in a part of it");
+    throw codegen::Error(
+        "no spline solves (5) over this region, because the plant's equations have no value in a part of it; give a "
+        "smaller --box");
   return solved;
 }
 

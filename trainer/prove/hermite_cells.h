@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Polynomials over a cell by Hermite: values and derivatives at both ends of each state, and tensors of coefficients.
+// Hermite polynomials over a cell: from values and derivatives at both ends of each state to tensors of coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,8 @@
 
 namespace nlo::trainer {
 
-/// From [value, derivatives] at -1, then at 1, `m` each, to the coefficients of the polynomial of degree 2 m - 1.
+/// Returns the matrix from [value, derivatives] at -1, then at 1 (`m` numbers each), to the coefficients of the
+/// polynomial of degree 2 m - 1.
 inline Eigen::MatrixXd hermite(int m) {
   Eigen::MatrixXd conditions(2 * m, 2 * m);
   for (int end = 0; end < 2; ++end)
@@ -23,7 +24,7 @@ inline Eigen::MatrixXd hermite(int m) {
   return codegen::inverse(conditions);
 }
 
-/// Every product of at most `degree` in each state.
+/// Returns the powers of every product of states with at most `degree` in each state.
 template <class Powers>
 std::vector<Powers> all_powers(std::size_t nx, int degree) {
   std::vector<Powers> powers;
@@ -37,8 +38,8 @@ std::vector<Powers> all_powers(std::size_t nx, int degree) {
   }
 }
 
-/// Applies `map` along each state of a tensor, the first state fastest: `of_state(p)` (n x n) along state p. The state
-/// that was treated becomes the slowest one, so that the order is restored at the end.
+/// Applies `map` along each state of a tensor, the first state fastest: `of_state(p)` (n x n) along state p. Each pass
+/// makes its state the slowest, so that the original order is restored after the last pass.
 template <class Scalar, class OfState>
 void along_states(Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& columns, Eigen::Index nx, Eigen::Index n,
                   const OfState& of_state) {

@@ -6,7 +6,8 @@
 namespace nlo::trainer {
 
 HoldEffect::HoldEffect(Hold hold, double dt_s) {
-  // Averages over a step of the held reading minus y: -s, and s (dt - s) / 2 with a line between samples.
+  // The held reading minus y, averaged over a step: from -s for a zero-order hold, and from s (dt - s) / 2 for a line
+  // between samples.
   second = dt_s * dt_s / 12.0;
   if (hold != Hold::kZeroOrder) return;
   first = -0.5 * dt_s;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The effect on z of reading held samples instead of y(t). Up to the third order of the sample period, it equals
-// reading another output. The fourth order has a bound.
+// The effect on z of reading held samples instead of y(t). Up to the third order of the sample period, the observer
+// behaves as if it read another output, g. The remainder of fourth order has a bound.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct HoldEffect {
 
   /// Bounds the remainder of a mode's step, which has the fourth order in dt.
   ///   rates   sup |L_f^i y| for one output, i = 1, 2, 3
-  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: the effect of a disturbance on them
+  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: the effect of a disturbance w on these rates
   static double left_over(Hold hold, double dt_s, double eigenvalue_size, const std::array<double, 3>& rates,
                           const std::array<double, 3>& pushes);
 };

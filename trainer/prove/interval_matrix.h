@@ -13,7 +13,7 @@ namespace nlo::trainer {
 
 using codegen::Interval;
 
-/// middle +- radius.
+/// Returns an interval that contains middle +- radius.
 inline Interval around(double middle, double radius) {
   return Interval(middle) + Interval(-radius, radius);
 }
@@ -37,7 +37,7 @@ class IntervalMatrix {
   Eigen::MatrixXd middle() const {
     return entries([](const Interval& v) { return 0.5 * (v.low + v.high); });
   }
-  /// Returns the largest distance of an interval's numbers from middle().
+  /// Returns for each interval the largest distance of its numbers from middle().
   Eigen::MatrixXd radius() const {
     return entries([](const Interval& v) { return most(v - Interval(0.5 * (v.low + v.high))); });
   }

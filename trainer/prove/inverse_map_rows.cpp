@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows about the inverse map T*: how much it can amplify an error, and how large an estimate can get.
+// Rows about the inverse map T*: bounds of its slopes and of its estimates.
 #include <fmt/format.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Takes about a minute of one core, if the gap is not closed before.
+/// This work takes about a minute of one core, unless the gap is reached earlier.
 constexpr double kMultiplyAddsOfARow = 50.0 * LocalLipschitzOptions::kMultiplyAdds;
 
 /// "at [z; y] = [0.1, 2]".
@@ -26,11 +26,11 @@ std::string place_text(const Eigen::VectorXd& at) {
 
 std::string reason_against_map(const codegen::Model& model) {
   const codegen::Network* map = codegen::inverse_map(model);
-  if (map == nullptr) return "z is the estimate: there is no T*";
+  if (map == nullptr) return "z itself is the estimate, so there is no T*";
   if (!map->feature_clocks.empty())
     return "T* reads products of z with clocks (clock_products), but the proofs need features that are linear in z";
   if (!map->fallback.outputs.empty())
-    return "T* falls back to linear rows, but the proofs need a network alone: train without [inverse_map] fallback";
+    return "T* can fall back to linear rows, but the proofs need a pure network: train without [inverse_map] fallback";
   return {};
 }
 
@@ -57,7 +57,7 @@ CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions
     row.bound = local.bound;
     row.found = local.found;
     row.where = place_text(local.steepest);
-    row.note = fmt::format("boxes looked at: {}", local.boxes);
+    row.note = fmt::format("{} boxes examined", local.boxes);
     rows.push_back(row);
     row.id += "_everywhere";
     row.what = fmt::format("|d x_hat / d {}| for all z and y", of);
@@ -70,12 +70,12 @@ CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions
 
 CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options) {
   constexpr std::int64_t kBoxes = 20000;
-  constexpr const char* kWhat = "|x_hat| of T*, wherever z can go";
+  constexpr const char* kWhat = "|x_hat| of T* for every reachable z";
   if (const std::string why = reason_against_map(model); !why.empty()) return {absent_row("estimate", kWhat, why)};
   const auto region = reachable_region(model);
   if (!region)
     return {absent_row("estimate", kWhat,
-                       fmt::format("no bound of z is known here for structure {}", codegen::structure_name(model)))};
+                       fmt::format("no bound of z is known for structure {}", codegen::structure_name(model)))};
   CertificateRows rows;
   for (Eigen::Index i = 0; i < model.nx(); ++i) {
     const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
@@ -83,12 +83,13 @@ CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions&
         largest_output(model, *region, i, options.boxes > 0 ? options.boxes : kBoxes, options.gap, options.seed);
     CertificateRow row;
     row.id = "estimate." + state.name;
-    row.what = fmt::format("|{}| of T*, wherever z can go{}", state.name, model.saturates() ? " and T* follows" : "");
+    row.what = fmt::format("|{}| of T* for every reachable z{}", state.name,
+                           model.saturates() ? ", saturated as T* reads it" : "");
     row.unit = state.unit;
     row.bound = largest.bound;
     row.found = largest.found;
     row.where = place_text(largest.where);
-    row.note = fmt::format("over a box that holds all reachable z; boxes looked at: {}", largest.boxes);
+    row.note = fmt::format("over a box that contains every reachable z; {} boxes examined", largest.boxes);
     rows.push_back(std::move(row));
   }
   return rows;

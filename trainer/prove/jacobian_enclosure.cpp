@@ -16,8 +16,9 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// At least |centre + sum of s_k h_k| for all |s_k| <= 1, h_k the `steps`: a norm is convex, so that it is largest at a
-/// corner. Of many steps, the largest ones have corners.
+/// Bounds |centre + sum of s_k h_k| for all |s_k| <= 1, where h_k are the `steps`. A norm is convex, so it is largest
+/// at a corner. If there are many steps, corners are tried for the largest ones only, and the norms of the others are
+/// added.
 double largest_at_corners(const Matrix& centre, std::vector<Matrix> steps) {
   constexpr std::size_t kMostCorners = 10;
   std::vector<double> sizes;
@@ -47,7 +48,8 @@ double largest_at_corners(const Matrix& centre, std::vector<Matrix> steps) {
 }  // namespace
 
 void JacobianEnclosure::balance(const InputBox& box, int rounds) {
-  constexpr double kLeast = 1e-3, kTiny = std::numeric_limits<double>::min();  // a neuron without effect
+  // Limits the scale of neurons without effect.
+  constexpr double kLeast = 1e-3, kTiny = std::numeric_limits<double>::min();
   Matrix mid;
   const std::vector<LayerRange> ranges = ranges_over(box, mid);
   balance_.clear();
@@ -76,11 +78,12 @@ void JacobianEnclosure::balance(const InputBox& box, int rounds) {
   }
 }
 
-// |J - J_C| by the norms of its factors. Each diagonal D - C stands between two of them, and any positive diagonal S
-// may, as S^-1 (D - C) S is the same: S, the balance, weighs the inputs of a neuron against its effect on the output.
+// Bounds |J - J_C| by the norms of its factors. Each diagonal D - C stands between two factors. Since S^-1 (D - C) S =
+// D - C for any positive diagonal S, the factors may be scaled by S and S^-1. This S, the balance, weighs the inputs of
+// a neuron against its effect on the output.
 double JacobianEnclosure::bound_by_norms(const std::vector<LayerRange>& ranges) const {
   std::vector<Vector> out;
-  std::vector<double> sizes;  // sizes of S R^1/2 V directions
+  std::vector<double> sizes;  // bounds of |S R^1/2 V directions|
   double sum = 0.0;
   for (std::size_t m = 0; m < ranges.size(); ++m) {
     const LayerRange& range = ranges[m];
@@ -113,7 +116,7 @@ double JacobianEnclosure::at(const Vector& p) const {
 }
 
 double JacobianEnclosure::cost() const {
-  double sum = 2e5;  // overhead of small matrices
+  double sum = 2e5;  // overhead of small matrices, in multiply-adds
   const auto n_p = static_cast<double>(directions_.rows());
   for (std::size_t m = 1; m < layers_.size(); ++m) {
     const auto block = static_cast<double>(layers_[m].weights.size());
@@ -127,8 +130,8 @@ double JacobianEnclosure::cost() const {
   return sum;
 }
 
-/// J directions = at_centre +- entries, and = at_centre + the sum of steps_k (p - c)_k / r_k +- linear; rounding of
-/// at_centre apart.
+/// Two enclosures of J directions: at_centre +- entries, and at_centre + sum of steps_k (p - c)_k / r_k +- linear.
+/// Neither includes the rounding of at_centre.
 struct JacobianEnclosure::Pieces {
   std::vector<LayerRange> ranges;
   Matrix at_centre, entries, linear;
@@ -149,7 +152,7 @@ JacobianEnclosure::Pieces JacobianEnclosure::pieces_over(const InputBox& box) co
     const Vector first = s.cwiseProduct(range.mid.cwiseAbs() * r);
     const Vector second = range.slope.remainder + s.cwiseProduct(range.rad * r);
     linear += range.back_size * (first.asDiagonal() * range.rad + second.asDiagonal() * range.most);
-    // Rounding of `steps` below: by A, and in the sum.
+    // Rounding errors of `steps` below: from A, and from the sum.
     linear += (rounding_.from.back()[l] + rounding_.gamma * range.back_size) * (first.asDiagonal() * range.most);
   }
   for (Eigen::Index k = 0; k < r.size(); ++k) {
@@ -170,7 +173,8 @@ JacobianEnclosure::Pieces JacobianEnclosure::pieces_over(const InputBox& box) co
 
 JacobianEnclosure::Secants JacobianEnclosure::secants_over(const InputBox& box) const {
   Pieces pieces = pieces_over(box);
-  for (const Matrix& step : pieces.steps) pieces.linear += 0.5 * step.cwiseAbs();  // from 0 at c to a step at p
+  // On average half a step: none at c, a whole one at p.
+  for (const Matrix& step : pieces.steps) pieces.linear += 0.5 * step.cwiseAbs();
   const double raised = 1.0 + rounding_.gamma;
   return {pieces.at_centre,
           raised * (pieces.entries.cwiseMin(pieces.linear) + rounding_.mid.back() * directions_.cwiseAbs())};
@@ -189,7 +193,7 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms
   return {raised * (least + rounding_.mid_norm.back()), split_of(ranges, box), norms};
 }
 
-// It is best to halve an input that moves pre-activations whose slopes vary and matter.
+// Selects the input that moves pre-activations most whose slopes vary and affect the output.
 Eigen::Index JacobianEnclosure::split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const {
   const Vector& r = box.radius;
   Vector gain = Vector::Zero(r.size());

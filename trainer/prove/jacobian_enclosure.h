@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
-// A proven bound of the spectral norm of a network's Jacobian over a box of its inputs. The bound becomes sharp for
-// small boxes. lipschitz.h uses it for its search.
+// Proves a bound of the spectral norm of a network's Jacobian over a box of its inputs. For small boxes the bound
+// becomes sharp. The search in lipschitz.h uses it.
 //
-// With the slopes of layer l as D_l(x) and C_l in their place at the centre, differences of products telescope:
+// Let D_l(x) be the slopes of layer l, and C_l constant slopes at the centre. Then differences of products telescope:
 //   J(x) - J_C = sum over l of A_l (D_l(x) - C_l) V_l(x),   A_l = W_L C_(L-1) ... W_(l+1),   V_l = W_l D_(l-1) ... W_1
-// where V_l, the Jacobian of layer l's pre-activations, is bounded likewise from the layers before it. Three bounds, of
-// which the smallest one counts:
-//   norms     |D_l - C_l| by the range of slopes, each factor by its spectral norm, as lipschitz_upper() does: for
-//   large
-//             boxes
-//   entries   as norms, with absolute values entry by entry: for small boxes, and for relu
-//   linear    D_l - C_l = s_l V_l (x - c) + a remainder of second order: the linear part of J is kept whole, signs and
-//             all, and the norm, a convex function of x, is largest at a corner of the box
+// where V_l, the Jacobian of layer l's pre-activations, is bounded in the same way from the layers before it. The
+// result is the smallest of three bounds:
+//   norms     bounds |D_l - C_l| by the range of slopes and each factor by its spectral norm, as lipschitz_upper()
+//             does. It is best for large boxes.
+//   entries   uses the same factors, with absolute values entry by entry. It is best for small boxes and for relu.
+//   linear    uses D_l - C_l = s_l V_l (x - c) + a remainder of second order. It keeps the linear part of J with its
+//             signs. The norm of this part is a convex function of x, so it is largest at a corner of the box.
 // Rounding is included (rounding.h): a sum of weights has an error of at most gamma times the sum of their sizes, with
 // kSteepest for each slope. These sums are the same for all boxes.
 #pragma once
@@ -41,12 +40,12 @@ class JacobianEnclosure {
   struct Bound {
     double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
     Eigen::Index split = 0;  ///< the input that should be halved next
-    bool by_norms = true;  ///< true if the bound by norms counts; if not, it does not count in a part of the box either
+    bool by_norms = true;    ///< the bound by norms is the smallest; if not, it is not in any part of the box either
   };
   /// Without `norms`, which takes most of the time, only the other two bounds are computed.
   Bound over(const InputBox& box, bool norms = true) const;
 
-  /// The lowest and the highest outputs over the box, and the input that should be halved next.
+  /// Bounds of the outputs over the box, and the input that should be halved next.
   struct Values {
     Eigen::VectorXd low, high;
     Eigen::Index split = 0;
@@ -58,14 +57,14 @@ class JacobianEnclosure {
   /// Returns the input that should be halved next.
   Eigen::Index split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const;
 
-  /// Returns the folded layers, with bounds of the errors of their numbers, and a linear path beside them.
+  /// These return the folded layers, bounds of the errors of their numbers, and the linear path beside them.
   const std::vector<codegen::DenseLayer>& layers() const { return layers_; }
   const std::vector<codegen::DenseLayer>& layer_roundings() const { return rounding_.layer; }
   const Eigen::MatrixXd& linear_path() const { return linear_path_; }
   const Eigen::MatrixXd& linear_path_rounding() const { return rounding_.linear_path; }
 
-  /// J directions on average between the box's centre c and any p of it, which takes p - c to the difference of the
-  /// outputs: centre +- radius, entry by entry.
+  /// The average of J directions between the box's centre c and any p in it. It maps p - c to the difference of the
+  /// outputs. It lies in centre +- radius, entry by entry.
   struct Secants {
     Eigen::MatrixXd centre, radius;
   };
@@ -85,7 +84,7 @@ class JacobianEnclosure {
  private:
   struct Pieces;
   Pieces pieces_over(const InputBox& box) const;
-  /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
+  /// Returns the ranges of every hidden layer over the box. Sets `mid` to the Jacobian at the centre's slopes.
   std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid, AffineValues* values = nullptr) const;
   double bound_by_norms(const std::vector<LayerRange>& ranges) const;
 
@@ -100,9 +99,9 @@ class JacobianEnclosure {
     double gamma = 0.0;
     std::vector<codegen::DenseLayer> layer;  ///< for weights and bias
     Eigen::MatrixXd linear_path;
-    std::vector<Eigen::MatrixXd> mid;                ///< for V at the centre's slopes; behind the last: for J
-    std::vector<double> mid_norm;                    ///< for that times the directions
-    std::vector<std::vector<Eigen::MatrixXd>> from;  ///< [m][l], l < m: of the map from layer l to layer m
+    std::vector<Eigen::MatrixXd> mid;                ///< errors of V at the centre's slopes; last entry: of J
+    std::vector<double> mid_norm;                    ///< norms of the errors of mid times the directions
+    std::vector<std::vector<Eigen::MatrixXd>> from;  ///< [m][l], l < m: errors of the map from layer l to layer m
     std::vector<std::vector<double>> from_norm;
   } rounding_;
 };

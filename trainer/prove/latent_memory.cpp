@@ -18,7 +18,7 @@ LatentMemory::LatentMemory(const codegen::Model& model) {
   a = codegen::block_diagonal(model, step.a_minus_1) + Eigen::MatrixXd::Identity(nz, nz);
   b0 = step.b0;
   b1 = step.b1;
-  double slowest = 0.0;  // |A| of the slowest mode: A is normal
+  double slowest = 0.0;  // |A| of the slowest mode, because A is normal
   for (const LatentMode& mode : modes_of(latent_system(model)))
     slowest = std::max(slowest, mode.rows == 2 ? std::hypot(a(mode.row, mode.row), a(mode.row + 1, mode.row))
                                                : std::abs(a(mode.row, mode.row)));
@@ -37,7 +37,8 @@ LatentMemory::LatentMemory(const codegen::Model& model) {
     if (i + 1 < steps) noise.middleCols((i + 1) * ny, ny) += next * b1;
     power = next;
   }
-  rounding = gamma(4 * (nz + 2) * steps) * 2.0;  // two products a step; a pair's entries are at most sqrt(2) its size
+  // Two products per step; the entries of a pair are at most sqrt(2) times its size.
+  rounding = gamma(4 * (nz + 2) * steps) * 2.0;
 }
 
 Eigen::VectorXd LatentMemory::largest(const Eigen::MatrixXd& rows, const Eigen::VectorXd& noise_size,
@@ -51,7 +52,7 @@ Eigen::VectorXd LatentMemory::largest(const Eigen::MatrixXd& rows, const Eigen::
     const Eigen::MatrixXd of_steps = rows * powers;
     for (Eigen::Index i = 0; i < steps; ++i) result += of_steps.middleCols(i * nz, nz).cwiseAbs() * step_size;
   }
-  // The part that is not kept, and rounding: |row| times the sizes of its factors.
+  // Adds the part that is not stored and the rounding errors: |row| times the sizes of its factors.
   const Eigen::VectorXd norms = rows.rowwise().norm();
   const double injected = ((b0.cwiseAbs() + b1.cwiseAbs()) * noise_size).norm() + step_size.norm();
   const double kept = (noise.cwiseAbs().rowwise().sum() * noise_size.maxCoeff()).norm() +

@@ -15,13 +15,13 @@ struct LatentMemory {
   Eigen::Index steps = 0;     ///< number of steps that are stored; `noise_tail` and `step_tail` bound the rest
   Eigen::MatrixXd noise;      ///< n_z x (steps + 1) n_y: de_k/dv_k, de_k/dv_(k-1), ...
   Eigen::MatrixXd powers;     ///< n_z x steps n_z: I, A, A^2, ...
-  double tail = 0.0;          ///< at least the sum of the norms of all powers that are not stored
-  double rounding = 0.0;      ///< error of each entry of `noise` and `powers`, relative to the largest
+  double tail = 0.0;          ///< bound of the sum of the norms of all powers that are not stored
+  double rounding = 0.0;      ///< error of each entry of `noise` and `powers`, relative to the largest entry
 
   explicit LatentMemory(const codegen::Model& model);
 
-  /// Returns at least sup |row e| for each row of `rows` (m x n_z), if |v_j| <= noise_j and |d_i| <= step_i in every
-  /// step. `feedthrough` (m x n_y, or 0 x 0): further effect of v_k on the rows.
+  /// Returns a bound of |row e| for each row of `rows` (m x n_z), if |v_j| <= noise_j and |d_i| <= step_i in every
+  /// step. `feedthrough` (m x n_y, or 0 x 0): additional direct effect of v_k on the rows.
   Eigen::VectorXd largest(const Eigen::MatrixXd& rows, const Eigen::VectorXd& noise_size,
                           const Eigen::VectorXd& step_size, const Eigen::MatrixXd& feedthrough = {}) const;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows about the latent state: where it can go, and how it forgets its start.
+// Rows about the latent state: its reachable set, and how fast it forgets its initial value.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ double largest_factor(const codegen::Model& m) {
   return largest;
 }
 
-/// Returns "1.38 s (69 steps)": the time in which a factor per step becomes a thousandth.
+/// Returns "1.38 s (69 steps)": the time in which a difference that shrinks by `factor` per step falls to a thousandth.
 std::string time_to_a_thousandth(double factor, double period_s) {
   const double steps = std::ceil(std::log(1e-3) / std::log(factor));
   return fmt::format("a difference falls to a thousandth within {} s, {:.0f} steps", significant(steps * period_s),
@@ -85,32 +85,32 @@ double largest_growth(const codegen::Model& m, const VectorXd& metric, std::uint
 }  // namespace
 
 CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) {
-  constexpr const char* kWhat = "where z can go, whatever is measured";
+  constexpr const char* kWhat = "reachable z for any measurements";
   const auto limit = codegen::module_of(model).latent_limit(model);
   if (limit) {
     CertificateRow row;
     row.id = "latent";
-    row.what = "|z|, the largest of all units, whatever is measured";
+    row.what = "largest |z_i| of all units for any measurements";
     row.bound = limit->maxCoeff();
-    row.note = "by the equations: a unit moves towards a value within the bound, and never past this value";
+    row.note = "proven from the equations: each unit moves towards a value within the bound and never past it";
     return {row};
   }
   if (!moves_linearly(model))
-    return {absent_row("latent", kWhat,
-                       fmt::format("of structure {} no bound is computed here: what keeps z finite is a fact of its "
-                                   "structure, which the export checks",
-                                   codegen::structure_name(model)))};
+    return {absent_row(
+        "latent", kWhat,
+        fmt::format("no bound is computed for structure {}: its equations keep z finite, and the export checks this",
+                    codegen::structure_name(model)))};
   const LatentHull hull = reachable_latent(model), reached = reached_latent(model);
   const VectorXd middle = hull.middle();
   CertificateRows rows;
   for (Index i = 0; i < model.nz(); ++i) {
     CertificateRow row;
     row.id = fmt::format("latent.z{}", i + 1);
-    row.what = fmt::format("|z{} - {}| after any readings", i + 1, shortest_text(middle(i)));
+    row.what = fmt::format("|z{} - {}| for any readings", i + 1, shortest_text(middle(i)));
     row.bound = upward(std::max(hull.high(i) - middle(i), middle(i) - hull.low(i)), 1);
     row.found = std::max(reached.high(i) - middle(i), middle(i) - reached.low(i));
-    row.where = "by readings at the ends of their ranges, chosen by the sign of their effect on this coordinate";
-    row.note = fmt::format("in [{}, {}], and training filled [{}, {}]", significant(hull.low(i), 4),
+    row.where = "with readings at the ends of their ranges, chosen by the sign of their effect on this coordinate";
+    row.note = fmt::format("z stays in [{}, {}]; training covered [{}, {}]", significant(hull.low(i), 4),
                            significant(hull.high(i), 4), significant(model.latent_min(i), 4),
                            significant(model.latent_max(i), 4));
     rows.push_back(std::move(row));
@@ -121,7 +121,7 @@ CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) 
 CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptions& options) {
   CertificateRow row;
   row.id = "contraction";
-  row.what = "the share of a difference of two z, on the same readings, that is left after a step";
+  row.what = "factor by which one step with the same readings shrinks the difference of two z";
   if (moves_linearly(model)) {
     row.bound = largest_factor(model);
     const codegen::StepMatrices step = codegen::latent_step(model, model.sample_period_s);
@@ -137,9 +137,9 @@ CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptio
         d = next;
       }
     }
-    row.where = "of random differences over 20 steps each";
+    row.where = "with random differences over 20 steps each";
     row.note =
-        "in the Euclidean norm of z: a theorem, as the difference is multiplied by A, whose blocks are normal; " +
+        "in the Euclidean norm of z; proven, because a step multiplies the difference by A, whose blocks are normal; " +
         time_to_a_thousandth(row.bound, model.sample_period_s);
     return {row};
   }
@@ -152,14 +152,12 @@ CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptio
   const VectorXd metric = proof.none() ? VectorXd(VectorXd::Ones(model.nz())) : proof.metric;
   row.found = largest_growth(model, metric, options.seed, row.where);
   if (proof.none()) {
-    row.note =
-        "not proven: its gates read z too strongly for a bound below 1, which forgets nothing; found in the "
-        "maximum norm";
+    row.note = "not proven: the gates depend on z so strongly that no bound below 1 follows; found in the maximum norm";
     return {row};
   }
-  constexpr double kRounding = 1e-9;  // rounding of a sum of about n_z terms below 1
+  constexpr double kRounding = 1e-9;  // bounds the rounding of a sum of about n_z terms below 1
   row.bound = std::exp(-proof.rate * model.sample_period_s) + kRounding;
-  row.note = "in the maximum norm of z_i over a metric of the weights (codegen/model/contraction.h); " +
+  row.note = "in the maximum norm of z_i / d_i, where the weights determine d (codegen/model/contraction.h); " +
              time_to_a_thousandth(row.bound, model.sample_period_s);
   return {row};
 }

@@ -13,7 +13,8 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// Rounding of `weights` times vectors of that size, with the rounding in the folding of `weights`.
+/// Bounds the rounding error of weights times a vector with entries of at most `size`, including the error of folding
+/// the weights.
 Vector times(const codegen::DenseLayer& rounding, const Vector& size) {
   return rounding.weights * size + rounding.bias;
 }
@@ -32,7 +33,7 @@ JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& in
     layer = {layer.weights.cwiseAbs(), layer.bias.cwiseAbs()};
     roundings += static_cast<double>(layer.weights.cols()) + 8.0;
   }
-  rounding_.gamma = gamma(4.0 * roundings);  // several times one chain of sums, for sums of chains
+  rounding_.gamma = gamma(4.0 * roundings);  // several times the terms of one sum, because sums are nested
   const Matrix feature_sizes = inverse_scale.cwiseAbs().asDiagonal() * m.features.cwiseAbs() * inputs.cwiseAbs();
   sizes.front().bias += sizes.front().weights * m.feature_mean.cwiseProduct(inverse_scale).cwiseAbs();
   sizes.front().weights = (sizes.front().weights * feature_sizes).eval();
@@ -81,7 +82,7 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
   const double raised = 1.0 + rounding_.gamma;
   Vector a = box.centre, off = Vector::Zero(r.size());  // values of the previous layer at the centre, and their errors
   Vector a_low = box.centre - r, a_high = box.centre + r;
-  // Ranges as affine functions of p: a = middle + gradient (p - centre) +- error.
+  // The same values as affine functions of p: a = middle + gradient (p - centre) +- error.
   Vector middle = box.centre, error = Vector::Zero(r.size());
   Matrix gradient = Matrix::Identity(r.size(), r.size());
   std::vector<LayerRange> ranges;
@@ -128,7 +129,7 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
     range.low = low;
     range.high = high;
     range.slope = slope_line(*activation_, low, high, v);
-    range.slope.remainder += range.slope.gradient.cwiseAbs().cwiseProduct(off);  // the line is about the real v
+    range.slope.remainder += range.slope.gradient.cwiseAbs().cwiseProduct(off);  // the line is centred at the real v
     a = v.unaryExpr(activation_->value);
     off = (kSteepest * off + rounding_.gamma * a.cwiseAbs()).eval();
     activated_range(*activation_, low, high, a_low, a_high);

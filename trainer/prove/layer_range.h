@@ -14,15 +14,15 @@ struct LayerRange {
   SlopeLine slope;                    ///< per neuron: centre, gradient, remainders
   Eigen::MatrixXd mid;                ///< V at the slopes C of the layers before, n x n_p
   Eigen::MatrixXd rad;                ///< |V(p) - mid| is at most this, rounding included
-  Eigen::MatrixXd most;               ///< |V(p)|
+  Eigen::MatrixXd most;               ///< bound of |V(p)|
   Eigen::VectorXd low, high;          ///< bounds of the pre-activations, rounding included
-  Eigen::MatrixXd back;               ///< A of the current layer
+  Eigen::MatrixXd back;               ///< A of this layer
   Eigen::MatrixXd back_size;          ///< |A|, rounding included
-  std::vector<Eigen::MatrixXd> from;  ///< A of this layer, of each layer before it
+  std::vector<Eigen::MatrixXd> from;  ///< maps from each layer before this one to this layer
 };
 
-/// The outputs over the box, three times: at its centre, as affine functions of p, by the ranges of the last layer's
-/// inputs.
+/// Three enclosures of the outputs over the box: at its centre, as affine functions of p, and from the ranges of the
+/// last layer's inputs.
 struct AffineValues {
   Eigen::VectorXd at_centre, off;    ///< +- off
   Eigen::VectorXd middle, error;     ///< middle + gradient (p - centre) +- error

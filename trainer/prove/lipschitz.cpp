@@ -50,7 +50,7 @@ LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::M
 
 namespace {
 
-/// The domain, with the directions of p that move only z or only y.
+/// The domain of T*, and the directions of its input p that change only z or only y.
 struct Domain {
   InputBox box;
   Eigen::MatrixXd inputs, directions;
@@ -74,7 +74,7 @@ double slope_at(const codegen::Model& model, bool of_output, const Eigen::Vector
   return spectral_norm(of_output ? jacobian.rightCols(readings_of_map(model)) : jacobian.leftCols(model.nz()));
 }
 
-/// Returns the number of balancing rounds that take a fifth of the work, at most ten.
+/// Returns the number of balancing rounds, such that balancing takes at most a fifth of the work; at most ten.
 int balancing_rounds(const codegen::Network& network, double cost) {
   constexpr double kMost = 10.0, kShare = 0.2, kTrials = 2.0;  // per neuron
   double neurons = 0.0;
@@ -115,7 +115,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
   Eigen::VectorXd first = Eigen::VectorXd::Zero(n);  // the centre, or the steepest point
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::VectorXd away = codegen::inverse(domain.inputs) * points.col(i) - domain.box.centre;
-    // Relative. An input without width, such as y if T* does not read it, does not move.
+    // Relative to the half widths. An input without width, such as y if T* does not read it, does not move.
     const Eigen::VectorXd q = (domain.box.radius.array() > 0.0).select(away.cwiseQuotient(domain.box.radius), 0.0);
     if (q.lpNorm<Eigen::Infinity>() > 1.0) continue;
     if (slope(q) > slope(first)) first = q;
@@ -198,9 +198,10 @@ LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, cons
   }
   result.bound = left.top().bound;
   if (result.found > result.bound * (1.0 + 1e-9))
-    throw codegen::Error(fmt::format(
-        "the slope of T* is {} at a point of its domain, above its proven bound {}: a defect of this program",
-        result.found, result.bound));
+    throw codegen::Error(
+        fmt::format("the slope of T* is {} at a point of its domain, which is above its proven bound {}: this is a "
+                    "defect of nlo, please report it",
+                    result.found, result.bound));
   return result;
 }
 

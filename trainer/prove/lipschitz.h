@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Bounds how much the inverse map T* of a model can amplify an error of z, or of the y that it reads. The upper bound
-// is proven from the weights; the lower one is the largest slope found at samples. Norms are spectral, in the units of
-// the states. The Lipschitz constant of T* where it is used holds over the box of latent states and outputs in
-// training, which is the domain that in_domain() checks. It is proven like the global one, never above it, and often
-// several times smaller, because a network may be steeper outside of the box, and one layer may be steep where the next
-// one is not.
+// is proven from the weights; the lower bound is the largest slope found at samples. Norms are spectral, in the units
+// of the states. The local Lipschitz constant holds over the domain that in_domain() checks: the box of latent states
+// and outputs in training. It is proven like the global constant and never larger. It is often several times smaller,
+// because a network may be steeper outside of the box, and one layer may be steep where the next layer is not.
 //
-// Branch and bound: of the open boxes, the one with the largest bound of |J| (jacobian_enclosure.h) is halved, until no
-// bound is above the steepest slope found by more than `gap`, or the boxes are used up. The bounds hold in any case. A
-// search for steep slopes by other code runs beside it: a bound below a found slope is a defect.
+// The method is branch and bound. It halves the open box with the largest bound of |J| (jacobian_enclosure.h), until no
+// bound exceeds the steepest slope found by more than `gap`, or the boxes are used up. The bounds hold in any case.
+// Independent code also searches for steep slopes: a bound below a found slope is a defect.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +20,7 @@ namespace nlo::trainer {
 /// |x_hat(z, y) - x_hat(z', y')| <= latent |z - z'| + output |y - y'|.
 struct LipschitzConstants {
   double latent = 0.0;
-  double output = 0.0;  ///< 0 when no feature reads y
+  double output = 0.0;  ///< 0 if no feature reads y
 };
 
 /// Returns constants that hold for all z and y. Slopes of the activation are in [c - r, c + r] (tanh and relu: 1/2 +-
@@ -41,10 +40,10 @@ Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::V
 double spectral_norm(const Eigen::MatrixXd& matrix);
 
 struct LocalLipschitzOptions {
-  std::int64_t boxes = 0;       ///< most boxes to examine; 0: as many as multiply_adds allow
-  double gap = 0.01;            ///< relative; the search ends when it is reached
-  Eigen::MatrixXd points = {};  ///< [z; y], a column each: further points of the box from which the search for steep
-                                ///< slopes starts
+  std::int64_t boxes = 0;       ///< largest number of boxes to examine; 0: as many as multiply_adds allow
+  double gap = 0.01;            ///< the search ends once bound / found - 1 is below this
+  Eigen::MatrixXd points = {};  ///< columns [z; y]: further start points in the box for the search for steep
+                                ///< slopes
 
   /// Takes about two seconds of one core. It counts operations instead of using the clock, so that a result can be
   /// reproduced.

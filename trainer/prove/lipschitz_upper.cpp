@@ -52,7 +52,7 @@ Around sizes_around(codegen::Network m, Eigen::Index first_input, Eigen::Index i
 }
 
 double upper_bound(const Around& map, const Around& sizes, const CentredRange& range) {
-  // total(i): bound of all terms that start at the input and end with a break behind layer i (or at the output).
+  // total(i): bound of the sum of all terms from the input to a break after layer i (or to the output).
   const std::size_t count = map.layers.size();
   double roundings = 16.0;
   for (const Eigen::MatrixXd& layer : map.layers) roundings += static_cast<double>(layer.rows() + layer.cols());
@@ -66,7 +66,7 @@ double upper_bound(const Around& map, const Around& sizes, const CentredRange& r
         product = (range.centre * map.layers[end] * product).eval();
         all = (size * sizes.layers[end] * all).eval();
       }
-      // The linear path has no activation either: it adds to the unbroken term before norms are taken.
+      // The linear path has no activation either, so it is added to the unbroken term before the norm.
       const bool whole = start == 0 && end + 1 == count;
       const double norm = whole ? norm_above(product + map.linear_path) : norm_above(product);
       const double off = gamma(4.0 * roundings) * frobenius_above(whole ? all + sizes.linear_path : all);
@@ -89,7 +89,7 @@ LipschitzConstants lipschitz_upper(const codegen::Model& model) {
   LipschitzConstants result{upper_bound(*codegen::inverse_map(model), 0, nz, range), 0.0};
   if (!codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0))
     result.output = upper_bound(*codegen::inverse_map(model), nz, nr, range);
-  // If z - S y is saturated, S y is not, so y also acts through z. Saturating z itself stretches nothing.
+  // If z - S y is saturated, S y is not, so y also acts through z. Saturating z itself increases no slope.
   if (model.saturates())
     result.output = upward(result.output + result.latent * norm_above(codegen::LatentDomain(model).relative_gain()), 2);
   return result;

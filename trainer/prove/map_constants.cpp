@@ -37,9 +37,10 @@ Eigen::MatrixXd spread(const std::vector<Eigen::MatrixXd>& path, Eigen::Index co
   return result;
 }
 
-/// Returns the largest |x1 - x2| / |z1 - z2| over all pairs of columns with some distance.
+/// Returns the largest |x1 - x2| / |z1 - z2| over all pairs of columns that are far enough apart.
 double inverse_slope(const Eigen::MatrixXd& x, const Eigen::MatrixXd& z) {
-  // As a share of the states' spread; for closer pairs, the slope would be one of rounding errors of T.
+  // Smallest distance of a pair, as a share of the states' spread. For closer pairs, rounding errors of T would
+  // dominate.
   constexpr double kApart = 1e-3;
   const double apart = kApart * (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm();
   double largest = 0.0;

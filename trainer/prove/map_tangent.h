@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// T* over a box, as its tangent at the centre and the distance of T* from it. It keeps the direction of an error, where
-// a Lipschitz constant only keeps its size.
+// Describes T* over a box by its tangent at the centre and a bound of the distance between T* and the tangent. Unlike a
+// Lipschitz constant, the tangent keeps the direction of an error.
 #pragma once
 
 #include <Eigen/Core>

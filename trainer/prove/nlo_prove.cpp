@@ -83,7 +83,8 @@ void run_certify(CertifyArguments arguments) {
     const Certificate certificate = certify(model, arguments.options);
     fmt::print("{}", arguments.json ? certificate_json(certificate) : printable(certificate_text(certificate)));
     if (const std::string broken = broken_rows(certificate); !broken.empty())
-      throw RunFailure(fmt::format("a search is above a proven bound: {}: a defect of this program", broken));
+      throw RunFailure(fmt::format(
+          "a search exceeded a proven bound: {}; this is a defect of nlo, please report it with the model", broken));
   });
 }
 
@@ -92,23 +93,24 @@ void add_options(CLI::App& app, CertifyArguments& arguments) {
   options.value("MODEL", arguments.model, "model.json of nlo train")->required();
   options
       .value("--boxes", arguments.options.boxes,
-             "largest number of boxes in each branch and bound (default: as many as run in about a minute)")
+             "largest number of boxes that each branch and bound examines (default: as many as take about a minute)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000000}));
   options.number("--gap", arguments.options.gap, 0.001, 100.0,
-                 "a branch and bound ends once its bound exceeds the largest value found by less than this share");
+                 "relative gap: each branch and bound stops once (bound - largest value found) / largest value found "
+                 "is below this");
   options.value("--noise", arguments.noise,
-                "bound of the steady error: noise of the outputs, uniform:HALF_WIDTH or none (default: uniform, as "
-                "strong as in training)");
+                "noise of the outputs for the steady error: uniform:HALF_WIDTH or none (default: uniform, with the "
+                "standard deviation of the training noise)");
   options.shown("--disturbance", arguments.disturbance,
-                "bound of the steady error: largest |w| on a state's derivative", "W");
-  options.value(
-      "--box", arguments.box,
-      "bound of the steady error: range of the states, x1=LOW:HIGH,x2=LOW:HIGH (default: range of simulated runs)");
+                "disturbance for the steady error: largest |w| on a state's derivative", "W");
+  options.value("--box", arguments.box,
+                "range of the states for the steady error: x1=LOW:HIGH,x2=LOW:HIGH (default: range of simulated runs)");
   options.seed(arguments.options.seed, "seed of the searches");
   options.flag("--json", arguments.json, "one JSON object instead of the table");
   options.flag("-q,--quiet", arguments.quiet, "no progress on stderr");
   app.footer(
-      "Each row says what it rests on: proven, sampled or assumed. A search runs beside each bound.\n"
+      "Each row names its evidence: proven, or sampled (the largest value at finitely many points). For each bound, a "
+      "search looks for larger values.\n"
       "Examples:\n"
       "  nlo certify runs/van_der_pol/model.json --noise uniform:0.1\n"
       "  nlo certify runs/van_der_pol/model.json --boxes 1000000 --gap 0.05 --json");

@@ -20,7 +20,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Gradient ascent of |T*_i| from random points, some of them corners, then draws around the best point.
+/// Maximises |T*_i| by gradient ascent from random points, some of them corners, then by random draws around the best
+/// point.
 void climb(const codegen::Model& model, const MapRegion& region, Index output, std::uint64_t seed,
            LargestOutput& result) {
   constexpr int kStarts = 40, kRounds = 60;

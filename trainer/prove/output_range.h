@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bounds how large an estimate can get, for all reachable z. It uses branch and bound on affine enclosures of T*
-// (jacobian_enclosure.h), over the box of all z to which readings can lead and of all readings.
+// Bounds the size of an estimate for every reachable z. It uses branch and bound on affine enclosures of T*
+// (jacobian_enclosure.h), over the box of all reachable z and all readings.
 #pragma once
 
 #include <Eigen/Core>

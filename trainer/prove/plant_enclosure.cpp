@@ -18,11 +18,13 @@ using codegen::Expression;
 void check_slopes(const Expression& expression, const std::string& text) {
   for (const Expression::Node& node : expression.nodes()) {
     if (node.kind == Expression::Kind::kMinimum || node.kind == Expression::Kind::kMaximum)
-      throw codegen::Error(fmt::format("the plant's expression \"{}\" has min or max, whose slope jumps", text));
+      throw codegen::Error(
+          fmt::format("the proof needs continuous slopes, but the plant's expression \"{}\" has min or max", text));
     if (node.kind == Expression::Kind::kFunction &&
         (node.function == codegen::Function::kRoot || node.function == codegen::Function::kSign))
-      throw codegen::Error(fmt::format("the plant's expression \"{}\" has {}, whose slope has no bound at 0", text,
-                                       codegen::row_of(node.function).name));
+      throw codegen::Error(fmt::format(
+          "the proof needs bounded slopes, but the plant's expression \"{}\" has {}, whose slope is unbounded at 0",
+          text, codegen::row_of(node.function).name));
   }
 }
 

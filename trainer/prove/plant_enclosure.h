@@ -25,7 +25,7 @@ struct PlantRanges {
 
   IntervalMatrix f, f_slopes;                          ///< n_x x 1; df/dx, n_x x n_x
   std::array<IntervalMatrix, kRates> rates;            ///< n_y x 1 each
-  std::array<IntervalMatrix, kRates - 1> rate_slopes;  ///< d/dx of them but the last, n_y x n_x each
+  std::array<IntervalMatrix, kRates - 1> rate_slopes;  ///< d/dx of the first three rates, n_y x n_x each
 };
 
 class PlantEnclosure {
@@ -44,9 +44,9 @@ class PlantEnclosure {
 
  private:
   Eigen::Index nx_, ny_;
-  std::vector<double> constants_;         ///< after the states: inputs, which are 0, and parameters
+  std::vector<double> constants_;         ///< arguments after the states: inputs (all 0), then parameters
   codegen::SharedExpressions rows_;       ///< expressions of PlantRanges
-  codegen::SharedExpressions functions_;  ///< f, y and two derivatives of it
+  codegen::SharedExpressions functions_;  ///< f, y, L_f y and L_f^2 y
 };
 
 }  // namespace nlo::trainer

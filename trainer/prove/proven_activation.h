@@ -20,7 +20,7 @@ static_assert(kTanhMaxError <= kProvenTanh && kTanh5e6MaxError <= kProvenTanh5e6
 /// Bound of |(1 + tanh_rational) / 2 - (1 + tanh) / 2| in float.
 inline constexpr double kProvenGate = 0.5 * kProvenTanh + 0x1p-24;
 
-/// Bound of the error of an int16 input: from a float within +-32767 to its integer.
+/// Bound of the error of converting a float within +-32767 to an int16 input.
 inline constexpr double kProvenInt16Input = 0.5 + 0x1p-9;
 
 }  // namespace nlo::trainer

@@ -20,7 +20,7 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kForgotten = 1e-9;  // if the memory of a mode is smaller than this, one number bounds its past
+constexpr double kForgotten = 1e-9;  // once the memory of a mode is smaller than this, one number bounds the older past
 constexpr std::int64_t kMostSteps = 1 << 22;
 
 /// The effect of one reading on a mode.
@@ -54,7 +54,7 @@ std::vector<ReachMode> reach_modes(const codegen::Model& m) {
     ReachMode mode{r, pair ? 2 : 1, complex(step.a_minus_1, 0), complex(m.initial_latent, 0), latent.starts_steady, {}};
     for (Index j = 0; j < m.nr(); ++j) {
       ReachReading reading{complex(step.b0, j), complex(step.b1, j), complex(gain, j)};
-      // It has acted since the last sample.
+      // An input with zero-order hold acts with its newest value during the whole step.
       if (m.input_hold == Hold::kZeroOrder && j >= m.ny() && j < m.ny() + m.nu()) {
         reading.b1 += reading.b0;
         reading.b0 = 0.0;
@@ -74,7 +74,7 @@ std::vector<ReachMode> reach_modes(const codegen::Model& m) {
   return modes;
 }
 
-/// The sizes of both parts of a complex number, and their sums.
+/// Bounds of |real part| and |imaginary part| of a complex number.
 struct Parts {
   double re = 0.0, im = 0.0;
 
@@ -111,10 +111,11 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
     hull.high.segment(mode.row, mode.rows).setConstant(std::numeric_limits<double>::infinity());
     return;
   }
-  // z is computed relative to its rest for all y_j = c_j. The rounding of this rest acts as a small constant input.
+  // z is computed relative to its equilibrium `rest` for y_j = c_j. The rounding error of `rest` acts as a small
+  // constant input.
   Complex rest = 0.0;
   double all = std::abs(mode.initial), off = 0.0;
-  Parts fixed, angles;  // parts that depend on no earlier sample: from y_k, and from an angle itself
+  Parts fixed, angles;  // effects that depend on no earlier sample: of y_k, and of an angle itself
   for (const ReachReading& r : mode.readings) {
     rest += r.centre * r.steady;
     const double reach = std::abs(r.centre) + r.radius;
@@ -124,7 +125,8 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
     all += (std::abs(r.steady) + std::abs(r.b0) + std::abs(r.b1)) * reach;
     (r.turns ? angles : fixed) += r.radius * sizes(r.turns ? r.steady : r.b1);
   }
-  // Effects of a step: |factor^(m-1) (B0 + factor B1)| r, or for an angle |factor^m (S - B1)| half a turn.
+  // The effect of the reading m steps ago is |factor^(m-1) (B0 + factor B1)| r. For an angle it is |factor^m (S - B1)|
+  // times half a turn.
   const double steps_needed = std::log(kForgotten) / std::log(size);
   const auto steps = static_cast<std::int64_t>(std::clamp(steps_needed, 8.0, static_cast<double>(kMostSteps)));
   const double lasting = upward(off / (1.0 - size), 4);
@@ -160,7 +162,7 @@ void add_reach(const ReachMode& mode, LatentHull& hull) {
         past +=
             r.radius * (sizes(before * (r.b0 + factor * r.b1)) + both(rounding * (std::abs(r.b0) + std::abs(r.b1))));
   }
-  // Everything that is older.
+  // Bounds the effect of all older readings.
   double older = 0.0;
   for (const ReachReading& r : mode.readings)
     older += r.radius * (std::abs(r.steady) + 2.0 * (std::abs(r.b0) + std::abs(r.b1)));
@@ -183,7 +185,7 @@ LatentHull reachable_latent(const codegen::Model& model) {
 
 LatentHull reached_latent(const codegen::Model& model) {
   constexpr std::int64_t kAllSteps = 400000;
-  constexpr double kInside = 1.0 - 1e-9;  // a change of half a turn has two signs
+  constexpr double kInside = 1.0 - 1e-9;  // stays below half a turn, where the sign of a change is ambiguous
   LatentHull hull{VectorXd::Constant(model.nz(), std::numeric_limits<double>::infinity()),
                   VectorXd::Constant(model.nz(), -std::numeric_limits<double>::infinity())};
   const Eigen::MatrixXd gain = codegen::steady_gain(model);
@@ -203,7 +205,7 @@ LatentHull reached_latent(const codegen::Model& model) {
           const Complex power = past == 0 ? 1.0 : std::pow(mode.factor(), static_cast<double>(past));
           for (Index j = 0; j < y.size(); ++j) {
             const ReachReading& r = mode.readings[static_cast<std::size_t>(j)];
-            if (r.turns) {  // y - y' of the step from k - 1 on; then the part of S y itself
+            if (r.turns) {  // the change y - y' in the step from k - 1, then S y itself
               const double move = k == 0 ? 1.0 : -sign(power * (r.steady - r.b1));
               y(j) += side * move * r.radius * kInside;
             } else {

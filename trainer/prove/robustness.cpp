@@ -38,7 +38,8 @@ MatrixXd corners(const VectorXd& low, const VectorXd& high) {
   return result;
 }
 
-/// Returns the linearity that the plant's class states, or that its values at states of the size of `initial` show.
+/// Returns the linearity of the plant: as its class declares it, or else detected from its values at states of the size
+/// of `initial`.
 Linearity linearity_of(const Plant& plant, const MatrixXd& initial) {
   if (dynamic_cast<const LinearPlant*>(&plant) != nullptr) return {};
   const VectorXd size = initial.cwiseAbs().rowwise().maxCoeff();
@@ -58,13 +59,14 @@ MatrixXd states_of(const Dataset& runs) {
 VectorXd hold_error(const codegen::Model& model, const LinearPlant* linear, const DisturbedRuns& runs, double w_bar) {
   const bool steps = model.hold == Hold::kZeroOrder;
   if (linear == nullptr) return steps ? runs.step_error : runs.ramp_error;
-  // y' = C (A x + w) and, w being held, y'' = C A (A x + w); a ramp is off by h^2/8 |y''|, a step by h |y'|.
+  // y' = C (A x + w). Since w is held, y'' = C A (A x + w). A first-order hold has an error of at most h^2/8 |y''|, a
+  // zero-order hold of at most h |y'|.
   const double h = model.sample_period_s;
   const MatrixXd &a = linear->a(), &c = linear->c();
   const double norm_a = spectral_norm(a);
   double x_max = 0.0;
   for (const Trajectory& run : runs.set.trajectories) x_max = std::max(x_max, run.states.colwise().norm().maxCoeff());
-  x_max = (x_max + 0.5 * h * w_bar) * std::exp(0.5 * h * norm_a);  // between two samples
+  x_max = (x_max + 0.5 * h * w_bar) * std::exp(0.5 * h * norm_a);  // covers the time between two samples
   const MatrixXd rows = steps ? c : MatrixXd(c * a);
   return (steps ? h : h * h / 8.0) * (norm_a * x_max + w_bar) * rows.rowwise().norm();
 }
@@ -85,7 +87,7 @@ double start_error(const codegen::Model& model, const Plant& plant, const Simula
          injected_bound(gain, VectorXd::Constant(plant.ny(), noise));
 }
 
-/// Runs the observer over the runs and sets the results.
+/// Runs the observer over both sets of runs and stores the largest errors in the result.
 void measure(const codegen::Model& model, const DisturbedRuns& quiet, const DisturbedRuns& disturbed,
              const RobustnessQuestion& question, Robustness& result) {
   enum Kind { kQuiet, kUniform, kAbove, kBelow, kKinds };

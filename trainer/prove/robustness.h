@@ -22,7 +22,7 @@ struct RobustnessQuestion {
   double disturbance = 0.0;  ///< w_bar: largest |w| on the state's derivative
   int trajectories = 100;    ///< simulated runs
   std::uint64_t seed = 1;    ///< seed of the initial states, the noise and the disturbance
-  std::int64_t boxes = 0;    ///< LocalLipschitzOptions::boxes
+  std::int64_t boxes = 0;    ///< see LocalLipschitzOptions::boxes
   int threads = 1;           ///< does not affect the result
 };
 
@@ -37,10 +37,11 @@ struct Robustness {
   ErrorBound paper;  ///< (19) as printed, plus eps
 
   // Largest errors of the runs. Noise is drawn uniformly for each sample, or is +V or -V at all samples.
-  double steady_found = 0.0;          ///< |x_hat - x| in the second half of the horizon
-  double ratio_found = 0.0;           ///< error / bound at any time, with noise and disturbance
-  double transient_level = 0.0;       ///< a tenth of the initial error, rms over the runs without noise, plus eps
-  std::optional<double> transient_s;  ///< last time at which this rms is above the level; none: the end of the horizon
+  double steady_found = 0.0;     ///< |x_hat - x| in the second half of the horizon
+  double ratio_found = 0.0;      ///< error / bound at any time, with noise and disturbance
+  double transient_level = 0.0;  ///< a tenth of the initial error, rms over the runs without noise, plus eps
+  /// Last time at which this rms is above the level. Empty if it still is at the end of the horizon.
+  std::optional<double> transient_s;
 };
 
 /// `model`: a KKL observer without inputs that estimates the states of `plant`. `simulation` has its initial states,

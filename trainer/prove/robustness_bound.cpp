@@ -40,7 +40,7 @@ double ErrorBound::transient_s(double initial_latent_error, double level) const 
 ErrorBound bound_19(const Proposition2& p, double k, double w_bar, double v_bar) {
   const double rate = k * p.lambda_max;
   const double gain = std::pow(k, static_cast<double>(p.nz)) * std::sqrt(static_cast<double>(p.nx)) * p.l_t;
-  // L_Tx may be infinite; then it must have no effect.
+  // L_Tx may be infinite; without a disturbance it must have no effect.
   const double disturbed = w_bar == 0.0 ? 0.0 : p.l_tx / k * w_bar;
   return {gain, rate, gain / std::abs(rate) * (disturbed + v_bar)};
 }

@@ -7,19 +7,20 @@
 //   |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)     (19)
 //   |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps
 //
-// The lines are the first half of the proof; (19), for x~ = T_k*(z); and the remark, for the learned x_hat.
+// The first line is the first half of the proof. The second line is (19), for x~ = T_k*(z). The third line is the
+// remark, for the learned x_hat.
 //
 // (19) is loose or wrong in these points:
-//  - L_T and L_Tx belong to k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
-//    not the derivatives: on the undamped oscillator it fails for every k > 1. L_Tk <= k^n_z L_T is claimed for k large
-//    enough (theorem 4.1 of the paper's source), and is far too big where it holds. Both are checked for each k and
-//    reported.
-//  - sqrt(n_x) comes from extending T^-1 component by component; an extension with the same constant exists
-//    (Kirszbraun), and the pseudo-inverse of a linear T is one.
-//  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
+//  - L_T and L_Tx are constants for k = 1; the factors k^n_z and 1/k convert them to other k. The step
+//    |dT_k/dx| <= L_Tx / k compares two upper bounds, not the derivatives: on the undamped oscillator it fails for
+//    every k > 1. L_Tk <= k^n_z L_T is claimed for k large enough (theorem 4.1 of the paper's source); where it holds,
+//    it is far too large. Both are checked for each k and reported.
+//  - The factor sqrt(n_x) comes from extending T^-1 component by component. An extension without this factor exists
+//    (Kirszbraun); for a linear T it is the pseudo-inverse.
+//  - It uses the slowest rate for all modes, but the noise decays in each mode at the mode's own rate.
 //  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than the plant contracts.
-// So each report has a sharper bound beside (19) that needs none of this,
-// with L of this k's own T* and each mode at its own rate:
+// Therefore each report shows a sharper bound beside (19) that avoids these points. It uses L of T* for this k, and
+// each mode at its own rate:
 //   |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2,   V_i = sup |F_i v|, L_i = sup |dT_i/dx|
 #pragma once
 

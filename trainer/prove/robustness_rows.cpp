@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows about Proposition 2: how robust the observer is to noise, and how fast it forgets a wrong start.
+// Rows about Proposition 2: the observer's error under noise, and the time in which it forgets a wrong initial value.
 #include <fmt/format.h>
 
 #include <limits>
@@ -17,18 +17,20 @@ namespace nlo::trainer {
 
 std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options) {
   if (options.experiment == nullptr || !options.experiment->plant)
-    return "the proof needs the plant's equations: train on a [plant]";
+    return "the proof needs the plant's equations: train with a [plant] section";
   if (!moves_linearly(model) || codegen::inverse_map(model) == nullptr || model.nu() > 0)
-    return fmt::format("the proof is of KKL observers without inputs, and this is of structure {}",
+    return fmt::format("the proof covers KKL observers without inputs, but this model has structure {}",
                        codegen::structure_name(model));
   if (const std::string why = reason_against_map(model); !why.empty()) return why;
   if (!PlantChannels(*options.experiment->plant, *make_plant(*options.experiment->plant)).plain())
-    return "the proof is about the plant's own states, and this observer has angles as sine and cosine, or leaves "
-           "states out";
+    return "the proof needs all states of the plant as they are, but this observer estimates sines and cosines of "
+           "angles, or omits states";
   for (const auto* channels : {&model.outputs, &model.states})
     for (const codegen::Channel& channel : *channels)
       if (channel.wrap != 0.0 || !channel.expression.empty())
-        return fmt::format("{} is an angle that wraps, or computed of others", channel.name);
+        return fmt::format(
+            "{} is an angle that wraps, or is computed from other channels; the proof does not cover this",
+            channel.name);
   return {};
 }
 
@@ -66,18 +68,20 @@ CertificateRows robustness_rows(const codegen::Model& model, const CertifyOption
   add("l_tx", "L_Tx: largest |dT/dx|", exactly, found.map.l_tx, kNone, "",
       std::isinf(found.map.l_tx) ? "D is slower than the plant contracts, and T is not differentiable" : "");
   add("approximation", "eps: largest |T*(T(x)) - x|", Evidence::kSampled, found.approximation, kNone, "",
-      "where simulated runs have been");
+      "at states that simulated runs visited");
   add("steady", fmt::format("|x_hat - x| once the start is forgotten, {}", size), Evidence::kSampled,
       found.bound.steady, found.steady_found, "",
-      fmt::format("made of sampled constants, while z and T(x) stay in the domain; found in {} simulated runs",
-                  question.trajectories));
-  add("paper", "the same by (19) as printed, plus eps", Evidence::kSampled, found.paper.steady, found.steady_found, "",
-      "its proof is loose: docs/appendix/reproduction.md");
+      fmt::format(
+          "computed from sampled constants; holds while z and T(x) stay in the domain; found in {} simulated runs",
+          question.trajectories));
+  add("paper", "|x_hat - x| once the start is forgotten, by the paper's bound (19) plus eps", Evidence::kSampled,
+      found.paper.steady, found.steady_found, "", "(19) is a loose bound, see docs/appendix/reproduction.md");
   add("transient",
-      fmt::format("last time at which |x_hat - x| is above {}, without noise", significant(found.transient_level)),
+      fmt::format("last time at which |x_hat - x| is above {} without noise", significant(found.transient_level)),
       Evidence::kSampled, found.quiet.transient_s(found.start, found.transient_level),
       found.transient_s.value_or(std::numeric_limits<double>::infinity()), "s",
-      "a tenth of the initial error, plus eps; found: rms over the runs, infinite if above it at their end");
+      "this level is a tenth of the initial error plus eps; found: rms over the runs, infinite if it is above the "
+      "level at their end");
   return rows;
 }
 

@@ -30,7 +30,7 @@ bool is_above(double t, const Eigen::MatrixXd& g) {
   return g.rows() <= kSmall ? is_above<Small>(t, g) : is_above<Eigen::MatrixXd>(t, g);
 }
 
-/// Returns the bound of the eigenvalues of g, n x n, that a successful is_above(t) proves.
+/// Returns the bound of the eigenvalues of g (n x n) that holds if is_above(t) succeeds.
 double proven(double t, Eigen::Index n) {
   const auto size = static_cast<double>(n);
   return upward(t * (1.0 + 2.0 * size * (size + 2.0) * kUnit), 3);
@@ -100,7 +100,7 @@ double norm_above(const Eigen::MatrixXd& m, double at_least) {
     if (t > trace) break;
     if (is_above(t, gram)) return std::max(norm(t), at_least);
   }
-  return std::max(frobenius, at_least);  // no norm is above it
+  return std::max(frobenius, at_least);  // the spectral norm is never above the Frobenius norm
 }
 
 double rough_norm_above(const Eigen::MatrixXd& m) {

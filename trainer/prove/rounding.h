@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Rounding errors of computations in double: constants and functions by which a computed bound holds for the real
-// numbers. The processor's rounding mode is not changed. Bounds are computed to nearest and then raised by more than
-// all of their roundings together (Higham, Accuracy and Stability of Numerical Algorithms, 2002, chapter 3: in any
-// order of the sums, with or without fused multiply-adds).
+// Constants and functions that account for rounding errors of computations in double, so that a computed bound holds
+// for real numbers. The processor's rounding mode is not changed. Bounds are computed to nearest and then raised by
+// more than all of their roundings together (Higham, Accuracy and Stability of Numerical Algorithms, 2002, chapter 3:
+// in any order of the sums, with or without fused multiply-adds).
 //
 // Assumed: IEEE doubles, no -ffast-math, no overflow (a bound is then infinite, which holds), and functions of the
 // standard library that are within kLibraryUlps of the real ones (glibc documents 2 for tanh and exp).
@@ -17,8 +17,8 @@ namespace nlo::trainer {
 inline constexpr double kUnit = 0x1p-53;
 inline constexpr double kLibraryUlps = 4.0;
 
-/// gamma_n = n u / (1 - n u), rounded up: n roundings in a row are a factor within [1 - gamma_n, 1 + gamma_n], and a
-/// scalar product of n terms is off by at most gamma_n |a|'|b|. For n below 2^50.
+/// gamma_n = n u / (1 - n u), rounded up: n successive roundings multiply a result by a factor within [1 - gamma_n, 1 +
+/// gamma_n], and a scalar product of n terms has an error of at most gamma_n |a|'|b|. Valid for n below 2^50.
 template <class Count>
 constexpr double gamma(Count n) {
   const double exact = static_cast<double>(n) * kUnit;  // both it and 1 - n u are doubles
@@ -43,8 +43,8 @@ inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::Matr
 
 /// Returns a bound of the largest singular value of m that exceeds it by about n^2 roundings only. If a Cholesky
 /// factorisation of t I - G succeeds, no eigenvalue of G exceeds t by more than its own rounding (Rump, Verification of
-/// positive definiteness, 2006). Infinite if m is not finite. With `at_least`, returns the larger of both; if that is
-/// `at_least`, it takes less work.
+/// positive definiteness, 2006). Infinite if m is not finite. With `at_least`, returns the larger of the bound and
+/// `at_least`; this is faster if `at_least` is larger.
 double norm_above(const Eigen::MatrixXd& m, double at_least = 0.0);
 
 /// Returns a bound of the norm within a per cent, in a fifth of the time for matrices of more than a few rows and

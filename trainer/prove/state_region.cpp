@@ -102,7 +102,7 @@ double StateRegion::share() const {
 }
 
 std::vector<StateBox> StateRegion::cells() const {
-  constexpr double kOverlap = 1.0 + 1e-9;  // no gap between cells by rounding
+  constexpr double kOverlap = 1.0 + 1e-9;  // prevents gaps between cells from rounding
   const Eigen::VectorXd radius = box_.radius / per_state_;
   std::vector<StateBox> cells;
   for (const Eigen::VectorXi& place : places())

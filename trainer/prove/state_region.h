@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A set of states made of equal boxes, in which a plant is assumed to stay. Bounds of an observer's error are proven
-// for this set.
+// A set of states that consists of equal boxes. The proofs of an observer's error assume that the plant stays in this
+// set.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,14 +19,14 @@ class StateRegion {
   /// Returns the cells that contain columns of `x` (n_x x N), with the smallest width that needs at most `most_cells`.
   static StateRegion around(const Eigen::MatrixXd& x, std::size_t most_cells);
 
-  /// Returns cells of twice, four, ... times the width that contain this region, with the smallest width that needs at
-  /// most `most_cells`.
+  /// Returns a region of larger cells that contains this one. The width is multiplied by 2, 4, ..., by the smallest
+  /// factor that needs at most `most_cells` cells.
   StateRegion coarser(std::size_t most_cells) const;
 
   const StateBox& box() const { return box_; }
   int per_state() const { return per_state_; }
   std::vector<StateBox> cells() const;
-  /// Returns the place of each of cells(), counted from the box's lowest corner, n_x each.
+  /// Returns for each of cells() its integer position in each state (n_x), counted from the box's lowest corner.
   std::vector<Eigen::VectorXi> places() const;
   /// Returns the index of the cell that contains x, or -1 if x is not in the region.
   Eigen::Index cell_of(const Eigen::VectorXd& x) const;
@@ -38,13 +38,13 @@ class StateRegion {
   Eigen::MatrixXd points(int per_cell, unsigned seed) const;
 
  private:
-  Eigen::Index index_of(const Eigen::VectorXd& x) const;  ///< -1: outside of the box
+  Eigen::Index index_of(const Eigen::VectorXd& x) const;  ///< -1 if x is outside of the box
   Eigen::VectorXi place_of(Eigen::Index index) const;
   void keep(const std::vector<bool>& within);
 
   StateBox box_;
   int per_state_;
-  /// Index in cells() of each cell of the box, or -1; the first state goes fastest.
+  /// For each cell of the box: its index in cells(), or -1. The first state's position changes fastest.
   std::vector<Eigen::Index> rank_;
 };
 

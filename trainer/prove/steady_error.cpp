@@ -32,9 +32,9 @@ using Vector = Eigen::VectorXd;
 struct Examined {
   StateBox box;
   Vector bound;   ///< n_x
-  Vector centre;  ///< the bound if the box were a point
+  Vector centre;  ///< the bound at the centre alone
   Vector moved;   ///< part of the bound from the width of the box, n_x
-  Vector bent;    ///< part from the distance of T* from its tangent, n_x
+  Vector bent;    ///< part of the bound from the distance of T* from its tangent, n_x
   Eigen::Index split = 0;
   int pieces = 1;  ///< number of pieces into which T* was divided there
   double urgency = 0.0;
@@ -73,9 +73,9 @@ class Proof {
   }
 
  private:
-  /// Halves cells while the bound over a cell is much larger than the smallest possible one.
+  /// Halves cells until the residual's bound over each cell is at most kEnough |F y|, or kMostHalvings is reached.
   void bound_residual() {
-    constexpr double kEnough = 1e-5;  // share of F y
+    constexpr double kEnough = 1e-5;  // relative to |F y|
     constexpr int kMostHalvings = 6;
     std::vector<StateBox> left = region_.cells();
     for (int halving = 0; !left.empty(); ++halving) {
@@ -88,7 +88,8 @@ class Proof {
           for (const StateBox& half : halves(box, halving % plant_.nx())) next.push_back(half);
           continue;
         }
-        if (!bound.allFinite()) throw codegen::Error("the plant's equations have no values in a part of the region");
+        if (!bound.allFinite())
+          throw codegen::Error("the plant's equations have no value in a part of the region; give a smaller --box");
         largest_.residual = largest_.residual.cwiseMax(bound);
         largest_.take(plant, spline_->over(box));
       }
@@ -98,7 +99,7 @@ class Proof {
 
   /// Bounds how far z - T~(x) can move in a step without the noise: |d| of each row.
   Vector step_error(double disturbance) const {
-    constexpr double kCoefficients = 1e-13;  // how well the coefficients of a step are computed
+    constexpr double kCoefficients = 1e-13;  // relative error of the coefficients of a step
     const double dt = model_.sample_period_s;
     codegen::Model exact = model_;
     if (exact.hold == Hold::kRk4) exact.hold = Hold::kFirstOrder;
@@ -153,7 +154,7 @@ class Proof {
     InputBox around{Vector::Zero(nx + nz + ny), Vector::Zero(nx + nz + ny)};
     around.centre.segment(nx, nz) = axes_.transpose() * z;
     around.centre.tail(ny) = y;
-    // Distance of T~ and h from their tangents at the centre, and rounding.
+    // Distances of T~ and h from their tangents at the centre, and their rounding errors.
     const Vector beside = map.bent + map.at_centre.radius() + map.slopes_at_centre.radius() * box.radius +
                           Vector::Constant(nz, gamma(4 * nz + 16) * (1.0 + z.norm()));
     const Vector h_beside = h_bent(plant, h_slopes) * box.radius + at.rates[0].radius() +
@@ -181,7 +182,7 @@ class Proof {
     return result;
   }
 
-  /// Returns |dh/dx - its value at the centre| over the box.
+  /// Returns a bound of |dh/dx - its value at the centre| over the box.
   static Matrix h_bent(const PlantRanges& plant, const Matrix& at_centre) {
     Matrix bent(at_centre.rows(), at_centre.cols());
     for (Eigen::Index i = 0; i < bent.rows(); ++i)
@@ -198,8 +199,8 @@ class Proof {
     for (Eigen::Index j = 0; j < ny; ++j)
       if (y(j) - reach(nz + j) < model_.output_min(j) || y(j) + reach(nz + j) > model_.output_max(j))
         throw codegen::Error(fmt::format(
-            "output {} reaches {:.4g} in this region with this noise, and the observer takes it from {:.4g} to {:.4g}; "
-            "give less --noise or a smaller --box",
+            "output {} reaches {:.4g} in this region with this noise, which is outside of the observer's range "
+            "[{:.4g}, {:.4g}]; give less --noise or a smaller --box",
             model_.outputs[static_cast<std::size_t>(j)].name, y(j) + (y(j) > 0.0 ? reach(nz + j) : -reach(nz + j)),
             model_.output_min(j), model_.output_max(j)));
     if (!model_.saturates()) return;

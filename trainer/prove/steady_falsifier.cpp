@@ -22,8 +22,7 @@ class Attack {
   Attack(const codegen::Model& model, const Plant& plant, const StateRegion& region)
       : model_(model), plant_(plant), region_(region), memory_(model), observer_(model) {}
 
-  /// Returns x at each sample, n_x x (steps + 1), where w (n_x x steps) is held over each step; empty if it leaves the
-  /// region.
+  /// Returns x at each sample, n_x x (steps + 1). w (n_x x steps) is held over each step. Empty if x leaves the region.
   std::optional<Matrix> path(const Vector& start, const Matrix& w) const {
     constexpr int kParts = 4;
     Matrix x(plant_.nx(), memory_.steps + 1);
@@ -62,8 +61,8 @@ class Attack {
     return v;
   }
 
-  /// Returns the disturbance that does so, block by block. The effect of a push in each block on the error is
-  /// simulated.
+  /// Returns the disturbance of size `size` that moves x_hat_i - x_i furthest in the direction `sign`, block by block.
+  /// The effect of a push in each block on the error is simulated.
   std::optional<Matrix> worst_push(const Vector& start, const Matrix& v, Eigen::Index i, double sign, double size) {
     constexpr Eigen::Index kBlocks = 16;
     constexpr double kSmall = 0.05;
@@ -74,7 +73,7 @@ class Attack {
     const double at_rest = error(*still, v)(i);
     Matrix signs = w;
     for (Eigen::Index block = 0; block < kBlocks; ++block) {
-      // The blocks at the end are shorter, because the observer remembers them best.
+      // Blocks near the end are shorter, because the latest disturbances affect the error most.
       const auto edge = [&](Eigen::Index b) {
         const double part = static_cast<double>(b) / kBlocks;
         return static_cast<Eigen::Index>((1.0 - (1.0 - part) * (1.0 - part)) * static_cast<double>(memory_.steps));
@@ -103,7 +102,7 @@ class Attack {
 
 SteadyFound largest_steady_error(const codegen::Model& model, const Plant& plant, const StateRegion& region,
                                  const SteadyStates& states, const Matrix& starts, const SteadyQuestion& question) {
-  // Each round uses the Jacobian at the point to which the noise of the round before has led.
+  // Each round uses the Jacobian at the point that the noise of the previous round reached.
   constexpr int kRounds = 3;
   Attack attack(model, plant, region);
   const Eigen::Index nx = plant.nx();

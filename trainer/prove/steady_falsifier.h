@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Searches for large steady errors, beside the proof of their bound. It simulates runs that stay in the region, with
-// noise and disturbance of full size and the signs that push one estimate away from the truth. It shares no code with
-// the proof except the memory of the latent state: it runs the reference observer and simulates the plant.
+// Searches for large steady errors, to check the proven bound. It simulates runs that stay in the region, with noise
+// and disturbance of full size and the signs that push one estimate away from the truth. It shares no code with the
+// proof except the memory of the latent state: it runs the reference observer and simulates the plant.
 #pragma once
 
 #include <Eigen/Core>

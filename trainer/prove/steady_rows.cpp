@@ -46,7 +46,7 @@ std::string at_state(const codegen::Model& model, const Eigen::VectorXd& x) {
 }  // namespace
 
 CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& options) {
-  constexpr const char* kWhat = "|x_hat - x| once the observer has forgotten where it began";
+  constexpr const char* kWhat = "|x_hat - x| once the observer has forgotten its start";
   constexpr int kRuns = 100;
   constexpr Eigen::Index kAttacks = 60;
   if (const std::string why = reason_against(model, options); !why.empty()) return {absent_row("steady", kWhat, why)};
@@ -68,10 +68,10 @@ CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& o
     proof = steady_error(model, *experiment.plant, region, states, question);
     found = largest_steady_error(model, *plant, region, states, chosen, question);
     where_from = fmt::format(
-        "assumed: the state stays in {} cells that are {} % of [{}] to [{}], {}", region.places().size(),
+        "assumed: the state stays in {} cells, which fill {} % of the box [{}] to [{}], {}", region.places().size(),
         significant(100.0 * region.share(), 3), at_state(model, region.box().centre - region.box().radius),
         at_state(model, region.box().centre + region.box().radius),
-        options.box.centre.size() > 0 ? "as --box says" : fmt::format("where {} simulated runs have been", kRuns));
+        options.box.centre.size() > 0 ? "given by --box" : fmt::format("visited by {} simulated runs", kRuns));
   } catch (const codegen::Error& error) {
     return {absent_row("steady", kWhat, error.what())};
   }
@@ -93,12 +93,14 @@ CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& o
                                        significant(options.disturbance));
   for (Eigen::Index i = 0; i < model.nx(); ++i)
     add("steady", fmt::format("{}, {}", kWhat, size), i, proof.bound(i), found.error(i),
-        fmt::format("in {} simulated runs, the signs of noise and disturbance chosen for this state", found.runs),
-        fmt::format("{}; the bound is that of {}", where_from, at_state(model, proof.where.col(i))));
+        fmt::format("in {} simulated runs, with the signs of noise and disturbance that are worst for this state",
+                    found.runs),
+        fmt::format("{}; the bound is largest at {}", where_from, at_state(model, proof.where.col(i))));
   for (Eigen::Index i = 0; i < model.nx(); ++i)
     add("map", "|T*(T(x)) - x|: the same without noise and disturbance", i, proof.approximation(i),
         found.approximation(i), "over simulated runs",
-        i > 0 ? "" : fmt::format("a spline solves (5) but for {} of F y", significant(proof.residual)));
+        i > 0 ? ""
+              : fmt::format("the residual of the spline in (5) is {} of the size of F y", significant(proof.residual)));
   return rows;
 }
 

@@ -11,14 +11,14 @@
 
 namespace nlo::trainer {
 
-/// States at which a plant arrives, and the latent states of an observer there.
+/// States of a plant on settled runs, and the latent states of an observer at the same times.
 struct SteadyStates {
-  Eigen::MatrixXd visited;  ///< with the disturbance, n_x x N
-  Eigen::MatrixXd x, z;     ///< without noise and disturbance, n_x x M and n_z x M
+  Eigen::MatrixXd visited;  ///< states with the disturbance, n_x x N
+  Eigen::MatrixXd x, z;     ///< states and latent states without noise and disturbance, n_x x M and n_z x M
 };
 
-/// Computes them from the second half of simulated runs with the experiment's initial states. If the observer settles
-/// slowly, the runs are longer.
+/// Takes them from the second half of simulated runs that start at the experiment's initial states. If the observer
+/// settles slowly, the runs are longer.
 SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
                            double disturbance, int trajectories, std::uint64_t seed);
 

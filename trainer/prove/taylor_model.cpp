@@ -15,7 +15,7 @@ using codegen::Interval;
 
 constexpr std::size_t kProducts = 84;
 
-/// Places of the products t^power, ordered by rising total degree.
+/// Indices of the products t^power, ordered by rising total degree.
 struct Places {
   std::array<TaylorModel::Powers, kProducts> powers{};
   std::array<std::array<std::array<std::size_t, TaylorModel::kOrder + 1>, TaylorModel::kOrder + 1>,
@@ -42,7 +42,7 @@ struct Places {
 };
 constexpr Places kPlaces;
 
-constexpr double kUp = 1.0 + 64.0 * kUnit;  // a few sums and products of numbers that are not negative
+constexpr double kUp = 1.0 + 64.0 * kUnit;  // covers the rounding of a few sums and products of nonnegative numbers
 
 /// Returns Taylor's series of a function at every point of x: term k is g^(k)(x) / k!.
 template <class Series>
@@ -97,7 +97,7 @@ Series series_of(Function function, const Interval& x) {
       at(1) = x.low > 0.0 ? Interval(1.0) : x.high < 0.0 ? Interval(-1.0) : Interval(-1.0, 1.0);
       if (x.low <= 0.0 && x.high >= 0.0) s.fill(Interval::any());
       return s;
-    default:  // a root's and a sign's slopes have no bound at 0
+    default:  // slopes of sqrt and sign are unbounded at 0
       s.fill(Interval::any());
       return s;
   }
@@ -180,7 +180,7 @@ TaylorModel TaylorModel::composed(const SeriesOf& series_of) const {
   const Series series = series_of(Interval(at)), everywhere = series_of(Interval(at) + Interval(-by, by));
   const double last = std::max(std::abs(everywhere.back().low), std::abs(everywhere.back().high));
   TaylorModel result;
-  for (int k = kOrder; k >= 0; --k) {  // Horner's
+  for (int k = kOrder; k >= 0; --k) {  // Horner's scheme
     const Interval& term = series[static_cast<std::size_t>(k)];
     const double middle = 0.5 * (term.low + term.high);
     result = result * rest + TaylorModel(middle);

@@ -17,11 +17,11 @@ class TaylorModel {
   static constexpr int kOrder = 6;  ///< largest total degree of the products
   using Powers = std::array<int, kVariables>;
 
-  TaylorModel(double value = 0.0) { coefficients_[0] = value; }  // NOLINT: a number is a function
+  TaylorModel(double value = 0.0) { coefficients_[0] = value; }  // NOLINT: a number is a constant function
   /// Returns x for one variable.
   static TaylorModel variable(std::size_t index, double centre, double radius);
 
-  /// Adds c t^power, or adds it to the remainder beyond kOrder.
+  /// Adds c t^power. Above the degree kOrder, |c| is added to the remainder instead.
   void add(const Powers& power, double c);
   void widen(double by) { remainder_ += by; }
 
@@ -31,7 +31,8 @@ class TaylorModel {
   friend TaylorModel operator+(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel operator-(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel operator*(const TaylorModel& a, const TaylorModel& b);
-  /// The result is infinite if b may be 0, and so is that of value_of() if the function may have no value.
+  /// The remainder is infinite if b may be 0. The remainder of value_of() is infinite if the function may have no
+  /// value.
   friend TaylorModel operator/(const TaylorModel& a, const TaylorModel& b);
   friend TaylorModel value_of(codegen::Function function, const TaylorModel& x);
   friend TaylorModel minimum_of(const TaylorModel& a, const TaylorModel& b);
@@ -42,8 +43,8 @@ class TaylorModel {
   using Series = std::array<codegen::Interval, kOrder + 2>;
 
   double size() const;  ///< sum of |c|
-  /// Returns g(x) from Taylor's series of g around a number. The last term is taken from the series around every number
-  /// of a range.
+  /// Returns g(x) from the Taylor series of g around the value at the centre. The last term uses the series around all
+  /// numbers of the range of x (Lagrange's remainder).
   template <class SeriesOf>
   TaylorModel composed(const SeriesOf& series_of) const;
 

@@ -30,8 +30,8 @@ const char* verdict(const Contender& cell, const std::vector<double>& values) {
   return is_ahead(cell, values) ? "ahead" : "behind";
 }
 
-/// Returns a row for each cell: model, condition, published error, then mean, worst seed and verdict for both ways to
-/// compute the error.
+/// Returns a table with a row for each cell: model, condition and published error, then mean, worst seed and verdict
+/// for each of the two ways to compute the error.
 Table contest_table(const Contest& contest) {
   Table table{{"SMAPE in %", "published", "components", "worst", "", "norms", "worst", ""}};
   for (const Contender& cell : contest.cells) {

@@ -46,10 +46,10 @@ constexpr const char* kOnX1 = "reverse_duffing_x1";
 constexpr const char* kOnX2 = "reverse_duffing_x2";
 constexpr double kReachX2 = 3.0;
 
-/// Returns initial states of X2's test set that are not in X1, as many as the test set has.
+/// Returns initial states in X2 outside of X1, as many as the test set has.
 Eigen::MatrixXd outside_x1(const Workbench& bench) {
   Workbench wider = bench;
-  wider.size.test_trajectories = 2 * bench.size.test_trajectories;  // an eighth of X2 is within X1
+  wider.size.test_trajectories = 2 * bench.size.test_trajectories;  // enough, because X1 is only a ninth of X2
   const Eigen::MatrixXd drawn = wider.test_states(kOnX2);
   Eigen::MatrixXd kept(drawn.rows(), bench.size.test_trajectories);
   Eigen::Index count = 0;
@@ -58,8 +58,8 @@ Eigen::MatrixXd outside_x1(const Workbench& bench) {
   return kept.leftCols(count);
 }
 
-/// Returns the RMSE for each initial state: the root mean square over the training seeds, map_points x map_points (row:
-/// x2, column: x1).
+/// Returns the RMSE for each initial state as the root mean square over the training seeds, map_points x map_points
+/// (row: x2, column: x1).
 Eigen::MatrixXd mean_map(const Workbench& bench, std::string_view experiment, const Eigen::VectorXd& axis,
                          double from) {
   const Experiment& made_by = bench.experiment(experiment);
@@ -123,9 +123,8 @@ Section duffing_map(const Workbench& bench) {
   Section section;
   Figure figure;
   figure.caption = fmt::format(
-      "RMSE over 50 s of the run from each of {0} x {0} initial states without noise (root mean square over the "
-      "training "
-      "seeds), one logarithmic colour scale. Dashed: the training box.",
+      "RMSE over 50 s for each of {0} x {0} initial states, without noise (root mean square over the training seeds). "
+      "Both maps share one logarithmic colour scale. Dashed: the training box.",
       bench.size.map_points);
   figure.width = 1060;
   figure.panel_height = 470;
@@ -152,10 +151,10 @@ Section duffing_map(const Workbench& bench) {
   section.orderings = {
       at_most("trained on X1: error at most 0.13 from X1", table.cells[0][0], 0.13),
       at_most("trained on X2: error at most 0.20 from X2 \\ X1", table.cells[1][1], 0.20),
-      better("outside of X1 the observer trained on X2 is better", table.cells[1][1], table.cells[0][1])};
+      better("outside of X1, the observer trained on X2 has the smaller error", table.cells[1][1], table.cells[0][1])};
   section.seen = fmt::format(
-      "From initial states outside of X1 the error is {} for the observer trained on X1 and {} for the one trained on "
-      "X2; from inside {} and {}.",
+      "From initial states outside of X1, the error is {} for the observer trained on X1 and {} for the observer "
+      "trained on X2. From initial states inside of X1, the errors are {} and {}.",
       spread_text(table.cells[0][1].strict), spread_text(table.cells[1][1].strict),
       spread_text(table.cells[0][0].strict), spread_text(table.cells[1][0].strict));
   section.tables.push_back(std::move(table));

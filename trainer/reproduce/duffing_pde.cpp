@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Figure compare_pde: shows if the PDE residual (5) helps outside of the training box.
+// Figure compare_pde: shows whether the PDE residual (5) in the loss helps outside of the training box.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -50,20 +50,20 @@ Section duffing_pde(const Workbench& bench) {
       curves, 15.0, "x(0) = (3, 0), far outside of the training box X1 = [-1, 1] x [-1, 1]. No noise, no input."));
   section.csv = runs_csv(curves);
   const auto cell = [&](std::size_t row) -> const Cell& { return table.cells[row][0]; };
-  section.orderings = {better("the PDE term at the samples of X1 helps from (3, 0)", cell(2), cell(1)),
-                       better("the PDE term over X2 helps from (3, 0)", cell(3), cell(1)),
-                       better("it helps more where it is asked for: over X2, not only on X1", cell(3), cell(2))};
+  section.orderings = {
+      better("the PDE term at the samples of X1 helps from (3, 0)", cell(2), cell(1)),
+      better("the PDE term over X2 helps from (3, 0)", cell(3), cell(1)),
+      better("the PDE term over X2 helps more than the PDE term at the samples of X1", cell(3), cell(2))};
   section.seen = fmt::format(
-      "From (3, 0) the error (strict) is {} without the PDE term, {} with it at the samples, which all come from X1, "
-      "and "
-      "{} with it at points of X2. The paper's caption says (-3, 0), its text (3, 0); both are listed.",
+      "From (3, 0), the error (strict) is {} without the PDE term, {} with the PDE term at the samples (all from X1), "
+      "and {} with the PDE term at points of X2. The paper's caption says (-3, 0), but its text says (3, 0); both are "
+      "listed.",
       spread_text(table.cells[1][0].strict), spread_text(table.cells[2][0].strict),
       spread_text(table.cells[3][0].strict));
-  section.explanations = {
-      {"", "",
-       fmt::format("A relative error does not fit this figure: the paper's number lies nearer to our strict norm per "
-                   "component (norm / sqrt 2), {} without the PDE term.",
-                   significant(spread(table.cells[1][0].strict).mean / std::sqrt(2.0)))}};
+  section.explanations = {{"", "",
+                           fmt::format("A relative error does not fit this figure. The paper's number is closer to our "
+                                       "strict norm per component (norm / sqrt 2), which is {} without the PDE term.",
+                                       significant(spread(table.cells[1][0].strict).mean / std::sqrt(2.0)))}};
   section.tables.push_back(std::move(table));
   return section;
 }

@@ -52,13 +52,11 @@ Section luenberger_like(const Workbench& bench) {
     bench.progress(0.5 * static_cast<double>(table.cells.size()));
   }
   section.orderings = {
-      at_most("error at most 0.10 after 5 s where the plant stays in the training box", table.cells[0][2], kLimit)};
+      at_most("error at most 0.10 after 5 s for runs that stay in the training box", table.cells[0][2], kLimit)};
   section.seen = fmt::format(
-      "After 5 s the error (strict) is {} in this run, {} over the training box and {} where the plant stays in the "
-      "box "
-      "({} of {} runs; the others go round an orbit of radius 10, where g_hat has seen little). The paper does not "
-      "state "
-      "its gain, which decides the floor.",
+      "After 5 s, the error (strict) is {} in this run, {} over the training box, and {} for the runs in which the "
+      "plant stays in the box ({} of {} runs). The other runs follow an orbit of radius 10, where g_hat had little "
+      "training data. The paper does not state its gain, which determines the remaining error.",
       spread_text(table.cells[0][0].strict), spread_text(table.cells[0][1].strict),
       spread_text(table.cells[0][2].strict), inside.cols(), box.cols());
   section.tables.push_back(std::move(table));

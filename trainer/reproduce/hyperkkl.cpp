@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of HyperKKL: compares our driven KKL observers with the better of its two methods, cell by cell.
+// The benchmark of HyperKKL. In each cell, our driven KKL observer is compared with the better of HyperKKL's two
+// methods.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,11 +29,12 @@ namespace nlo::trainer::reproduction {
 namespace {
 
 constexpr std::uint64_t kRunsSeed = 1;
-constexpr double kNormsFromS = 5.0;  // start of the interval for norms
-constexpr double kNoiseShare = 0.1;  // share of the output's RMS
-constexpr int kRunsShare = 2;        // 100 runs for each cell; the paper's protocol has 200
+constexpr double kNormsFromS = 5.0;  // the error by norms counts samples from this time [s] on
+constexpr double kNoiseShare = 0.1;  // standard deviation of the noise / RMS of the output
+// Divides the number of test trajectories: 100 runs for each cell; the paper uses 200
+constexpr int kRunsShare = 2;
 constexpr int kRivalsRuns = 12;
-constexpr double kTheirs = 125'000.0;  // multiply-adds
+constexpr double kTheirs = 125'000.0;  // multiply-adds for each sample of their observers
 
 /// Simulates a run from `start`. If the plant escapes in finite time (Roessler from x3 near -10: 1 start in 600), draws
 /// another start from the whole box.
@@ -120,11 +122,11 @@ Contender contender(const Workbench& bench, const BenchmarkPlant& plant, const I
   return cell;
 }
 
-/// Estimators without a training: an EKF that knows the plant, and a ridge regression. They are tuned and fitted on
-/// training runs.
+/// Estimators without a neural network: an EKF that knows the plant, and a ridge regression. The EKF is tuned and the
+/// regression is fitted on training runs.
 struct Rivals {
   EstimatorFactory ekf, ridge;
-  double multiply_adds = 0.0;  ///< cost of the EKF
+  double multiply_adds = 0.0;  ///< cost of one sample of the EKF
 };
 
 Rivals rivals_of(const Experiment& experiment) {
@@ -174,9 +176,9 @@ Section hyperkkl(const Workbench& bench) {
   }
   section.csv = contests_csv(section.contests);
   section.seen = fmt::format(
-      "{} (ahead: the worst of the training seeds is below the best that they report). {} runs a cell; by components: "
-      "over the whole run, the start included; by norms: after {:.0f} s. Multiply-adds of a sample: {}; theirs {:.0f}; "
-      "of the EKF {}.",
+      "{}. A cell is ahead if the error of its worst training seed is below the smallest published error. Each cell "
+      "has {} runs. The error by components covers the whole run, including its start; the error by norms covers the "
+      "time after {:.0f} s. Multiply-adds per sample: {}; HyperKKL {:.0f}; EKF {}.",
       contest_score(clean), runs, kNormsFromS, costs, kTheirs, filters);
   return section;
 }

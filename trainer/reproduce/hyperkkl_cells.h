@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs, and its best published
+// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs, and its smallest published
 // errors.
 #pragma once
 
@@ -56,7 +56,8 @@ struct BenchmarkPlant {
   const char* title;
   const char* experiment;           ///< in trainer/experiments/
   std::array<double, 3> low, high;  ///< range of the initial states, n_x; training may start elsewhere
-  std::array<double, 4> published;  ///< lowest published SMAPE [%] of their two methods, by kKnownInputs; 0: none
+  /// Smallest published SMAPE [%] of HyperKKL's two methods, in the order of kKnownInputs. 0: not published.
+  std::array<double, 4> published;
 };
 
 inline constexpr std::array<BenchmarkPlant, 5> kBenchmarkPlants{{

@@ -19,10 +19,10 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// A model of logs and simpler estimators, tested on each test log.
+/// A model trained on logs and simpler estimators, tested on each test log.
 class LogExam {
  public:
-  /// The first `start` samples of each test run do not count.
+  /// Errors leave out the first `start` samples of each test log.
   LogExam(const Workbench& bench, std::string_view experiment, std::string_view logs, Eigen::Index start = 0)
       : bench_(bench), experiment_(experiment), schema_(resolve_columns(*config().log)) {
     splits_ = load_log_splits(*config().log, bench.data + "/" + std::string(logs));
@@ -53,7 +53,7 @@ class LogExam {
  private:
   const Experiment& config() const { return bench_.experiment(experiment_); }
 
-  /// Returns the error of the last quantity; a direction comes after its components.
+  /// Returns the error of the last quantity in the list: the error of a direction follows the errors of its components.
   static double error_of(const LogEntry& entry, std::string_view log) {
     const auto& files = entry.metrics.files;
     const auto file = std::ranges::find(files, log, &LogMetrics::File::source);
@@ -83,8 +83,9 @@ Section inclination(const Workbench& bench) {
         published("VQF, seven trials", 0.91), published("RIANN, seven trials", 1.38, 365'000.0)}}};
   section.csv = exams_csv(section.exams);
   section.seen =
-      "Eight undisturbed trials train, a disturbed one tests. One sensor made all of them. Published figures are of "
-      "this trial and six that are not here; VQF is tuned on other data.";
+      "Eight undisturbed trials are for training, one disturbed trial for the test. One sensor recorded all of them. "
+      "Published figures cover this trial and six other trials, which are not available here; VQF is tuned on other "
+      "data.";
   return section;
 }
 
@@ -105,10 +106,11 @@ Section charge(const Workbench& bench) {
           exam.baseline("constant", "constant", log, kPercent)}});
   section.csv = exams_csv(section.exams);
   section.seen =
-      "Five Mixed cycles at each temperature train, Mixed7 tests. Wong et al. test on UDDS, LA92 and US06, too, which "
-      "are not here, and their label is 0 at each log's own end, not the cycler's charge: their figures are not "
-      "compared. What leaks: one cell made all logs, and each of them starts full, so counting from full would be "
-      "nearly exact; no observer is told that.";
+      "Five Mixed cycles at each temperature are for training, Mixed7 for the test. The figures of Wong et al. are not "
+      "compared, for two reasons: they also test on UDDS, LA92 and US06, which are not available here, and their state "
+      "of charge is 0 at the end of each log, while ours is the cycler's charge. Limits of this test: one cell made "
+      "all logs, and each log starts with a full cell, so counting the charge from full would be nearly exact. No "
+      "observer uses this knowledge.";
   return section;
 }
 
@@ -122,7 +124,7 @@ Section silverbox(const Workbench& bench) {
       {"arrow", "test_arrow.csv", 14.4, 4.88, 2.80, 2.68, 0.60, 0.26},
       {"arrow without extrapolation", "test_arrow_noextrap.csv", 6.58, 1.73, 0.947, 0.960, 0.259, 0.32}};
   constexpr double kMillivolts = 1e3;
-  constexpr Eigen::Index kStart = 50;  // samples, by the benchmark's rules
+  constexpr Eigen::Index kStart = 50;  // first judged sample, by the benchmark's rules
   const LogExam exam(bench, "exams/silverbox", "silverbox", kStart);
   Section section;
   for (const Test& test : kTests)
@@ -136,9 +138,9 @@ Section silverbox(const Workbench& bench) {
           published("Gaussian process NARX", test.gaussian_process), published("best of the table", test.best)}});
   section.csv = exams_csv(section.exams);
   section.seen =
-      "Four multisine logs train. y is estimated from u alone, and the first 50 samples of each test log are not "
-      "judged. Structure, eigenvalues and sizes are derived from the training logs, once for each seed. "
-      "What leaks: one circuit made all logs, and rules of the recipe were written when errors on these tests were "
+      "Four multisine logs are for training. y is estimated from u alone, and the first 50 samples of each test log "
+      "are not judged. Structure, eigenvalues and sizes are derived from the training logs, once for each seed. Limits "
+      "of this test: one circuit made all logs, and rules of the recipe were written when errors on these tests were "
       "known.";
   return section;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lorenz's system by the protocol of KalmanNet (Revach et al., IEEE TSP 2022), on new runs.
+// The Lorenz system with the test protocol of KalmanNet (Revach et al., IEEE TSP 2022), on new runs.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -24,21 +24,24 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr std::uint64_t kFreshSeed = 2022;  // only for the test
+constexpr std::uint64_t kFreshSeed = 2022;  // seed of the test runs only
 constexpr Eigen::Index kSamples = 3000;
-constexpr double kLeadInS = 10.0;  // a run is on the attractor after this time
-constexpr int kFiner = 10;         // RK4 at .002 s is exact here; filters and trainings use .02 s
-constexpr int kFreshShare = 4;     // 50 runs, 150,000 samples
-constexpr int kTunedShare = 16;    // 12 runs
+constexpr double kLeadInS = 10.0;  // after this time [s] a run has reached the attractor
+// Substeps of the simulation: RK4 is accurate at 0.002 s, while filters and trainings use 0.02 s.
+constexpr int kFiner = 10;
+constexpr int kFreshShare = 4;   // 50 runs, 150,000 samples
+constexpr int kTunedShare = 16;  // 12 runs
 
-/// Returns the experiment with starts all over the attractor, as for a filter that is switched on there.
+/// Returns the experiment with initial states from the whole attractor, as when a filter is switched on during
+/// operation.
 Experiment anywhere(Experiment experiment) {
   experiment.simulation.initial_low = {-20.0, -25.0, 0.0};
   experiment.simulation.initial_high = {20.0, 25.0, 50.0};
   return experiment;
 }
 
-/// Simulates runs of the plant without noise. The random streams of the test and of the tuning share no start.
+/// Simulates runs of the plant without noise. Test and tuning use different random streams, so they share no initial
+/// state.
 Dataset attractor_runs(const Experiment& experiment, SeedStream stream, Eigen::Index count) {
   SimulationConfig fine = experiment.simulation;
   const double period_s = fine.sample_period_s;
@@ -152,9 +155,9 @@ Section lorenz(const Workbench& bench) {
                      published("particle filter", -5.3), published("bidirectional RNN", -2.3)}}};
   section.csv = exams_csv(section.exams);
   section.seen = fmt::format(
-      "{} fresh runs of {} samples, each from a start of its own and after {:.0f} s on the attractor; filters take one "
-      "step of RK4 a sample and are tuned on {} other runs.{} The published training, validation and test runs share "
-      "one clean trajectory: only the noise differs.",
+      "{} new runs of {} samples. Each run has its own initial state and begins after {:.0f} s, when it is on the "
+      "attractor. Filters take one RK4 step per sample and are tuned on {} other runs.{} The published training, "
+      "validation and test runs share one noise-free trajectory and differ only in their noise.",
       exam.runs(), kSamples, kLeadInS, exam.tuned_on(), exam.tunings());
   return section;
 }

@@ -51,7 +51,7 @@ void run_reproduce(const ReproduceArguments& arguments) {
           arguments.seeds > 0 ? fmt::format(" --seeds {}", arguments.seeds) : "", shell_word(request.directory))));
     fmt::print("{}", reproduction::summary_text(result));
     fmt::print(
-        "{} models trained, {} from the cache; \"!\" is more than {:.0f} % from the paper\npage     "
+        "{} models trained, {} from the cache; \"!\" marks numbers more than {:.0f} % from the paper\npage     "
         "{}/reproduction.html\n",
         result.trainings.done, result.trainings.found, 100.0 * reproduction::kTolerance, request.directory);
   });
@@ -65,24 +65,22 @@ std::string names_of_items() {
 
 void add_options(CLI::App& app, ReproduceArguments& arguments) {
   app.add_option("WHAT", arguments.what, "all, an example, a table or a figure (--help lists them)")->required();
-  app.add_flag("--quick", arguments.quick, "a quick look: fewer steps, seeds and test trajectories");
+  app.add_flag("--quick", arguments.quick, "fewer steps, seeds and test trajectories, for a first impression");
   app.add_option("-o,--output", arguments.directory, "directory for reproduction.html, the CSV files and cache/")
       ->type_name("DIR")
       ->capture_default_str();
-  app.add_option("--data", arguments.data, "folder of the folders of logs: items of logs are left out without it")
+  app.add_option("--data", arguments.data,
+                 "folder that contains the folders of logs; without it, items that need logs are left out")
       ->type_name("DIR");
-  app.add_option("--seeds", arguments.seeds, "trained observers per experiment (3; 1 with --quick)")
+  app.add_option("--seeds", arguments.seeds, "number of trained observers per experiment (default: 3; 1 with --quick)")
       ->check(CLI::Range(1, 100));
   app.add_option("--threads", arguments.threads, "number of threads; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.set_version_flag("-V,--version", std::string("nlo-reproduce ") + kVersion);
   app.footer(fmt::format("WHAT is one of:\n  {}\n", names_of_items()) +
-             "Trained models are cached in DIR/cache by all that decides them: a second run trains nothing, and an "
-             "interrupted one goes on.\n"
-             "Examples:\n"
-             "  nlo reproduce all\n"
-             "  nlo reproduce table1 --quick -o /tmp/look");
+             "Trained models are cached in DIR/cache. A second run with the same settings trains nothing, and an "
+             "interrupted run continues.\nExamples:\n  nlo reproduce all\n  nlo reproduce table1 --quick -o /tmp/look");
 }
 
 }  // namespace

@@ -13,16 +13,16 @@
 
 namespace nlo::trainer::reproduction {
 
-/// One line per cell and reading:
+/// A CSV text with one line for each cell and reading:
 ///   table,row,column,reading,metric,paper,mean,deviation,relative_to_paper,seed_1,...,seed_n
-/// An empty field where there is no number.
+/// Fields without a number are empty.
 class NumbersCsv {
  public:
   /// `cell`: the fields from `table` to `metric`. Without `values` there is no line.
   void add(const std::vector<std::string>& cell, const std::optional<double>& paper, const std::vector<double>& values,
            const std::optional<double>& relative_to_paper);
 
-  /// Empty without a line.
+  /// Returns the CSV text; empty if there are no lines.
   std::string text() const;
 
  private:
@@ -30,10 +30,10 @@ class NumbersCsv {
   std::size_t seeds_ = 0;
 };
 
-/// CSV of all tables, each cell in both readings.
+/// Returns the CSV text of all tables, each cell in both readings.
 std::string numbers_csv(const Section& section);
 
-/// Named columns of equal length.
+/// Returns a CSV text with named columns of equal length.
 std::string columns_csv(const std::vector<std::pair<std::string, Eigen::VectorXd>>& columns);
 
 }  // namespace nlo::trainer::reproduction

@@ -154,7 +154,7 @@ std::string explanations_html(const Section& section, bool quick) {
         html += fmt::format("<li><b>{}, {}</b>: {:+.0f} %. {}</li>\n", escaped(table.columns[c]),
                             escaped(table.rows[r]), 100.0 * *deviation_from_paper(cell),
                             known == section.explanations.end()
-                                ? (quick ? "A quick run trains too little to tell." : "Not explained.")
+                                ? (quick ? "A quick run trains too little to explain a difference." : "Not explained.")
                                 : escaped(known->text));
       }
   return html.empty() ? ""
@@ -223,7 +223,7 @@ std::string head_html(const Request& request, const Result& result) {
   if (request.quick)
     html +=
         note(fmt::format("A quick run: {:.0f} % of the training steps, {} training {}, {} test trajectories, maps of "
-                         "{} x {} states. For a look; the numbers that count come from a run without --quick.",
+                         "{} x {} states. It only gives a first impression; use the numbers of a run without --quick.",
                          100.0 * request.size.steps, request.seeds, request.seeds == 1 ? "seed" : "seeds",
                          request.size.test_trajectories, request.size.map_points, request.size.map_points));
   const Counts counts = count(result);
@@ -233,24 +233,25 @@ std::string head_html(const Request& request, const Result& result) {
                  fmt::format("numbers within {:.0f} % of the paper (paper-like reading)", 100.0 * kTolerance));
   if (counts.claims > 0)
     html += tile(fmt::format("{} of {}", counts.held, counts.claims), "claims held for every seed");
-  html += tile(std::to_string(result.trainings.done + result.trainings.found), "trained observers behind them");
+  html += tile(std::to_string(result.trainings.done + result.trainings.found), "trained observers");
   html += tile(std::to_string(request.seeds), request.seeds == 1 ? "training seed" : "training seeds per observer");
   return html + "</div>\n" + contents_html(result);
 }
 
 std::string method_html(const Workbench& bench) {
   std::string html = fmt::format(
-      "<h2 id=\"method\">How these numbers are made</h2>\n"
-      "<p>The paper leaves its metric, test set and noise model open; two readings are shown. Each number is the mean "
-      "over training seeds with the population standard deviation; the test set is the same for all: {} initial "
-      "states, uniform over the training box, z(0) = 0, RK4 at 0.02 s over 50 s. Bold: the smallest of a row.</p>\n"
-      "<dl class=\"reports\"><dt>strict</dt><dd>one independent draw of noise per sample, as a sensor gives it; error "
-      "norm sqrt(mean |x - x̂|²) over the whole run, the transient included. N(0, 0.5): standard deviation 0.5.</dd>\n"
-      "<dt>paper-like</dt><dd>plant and observer integrated together, a fresh draw at each of the four Runge-Kutta "
-      "stages, which averages the noise within a step; the error is divided by the RMS of the state. Of the readings "
-      "tried it fits the paper's numbers best, so cells are compared with the paper in it.</dd></dl>\n"
-      "<p>Training draws 4,096 random samples per step instead of full batches: the same errors at a twentieth of the "
-      "time. The paper's figures are pictures without data, so curves stand beside what its text says.</p>\n",
+      "<h2 id=\"method\">How these numbers are made</h2>\n<p>The paper does not define its metric, test set and noise "
+      "model, so errors are computed in two ways (readings). Each number is the mean over training seeds with the "
+      "population standard deviation. All observers have the same test set: {} initial states, uniform over the "
+      "training box, z(0) = 0, RK4 at 0.02 s over 50 s. Bold: the smallest of a row.</p>\n<dl "
+      "class=\"reports\"><dt>strict</dt><dd>one independent noise value per sample, as from a sensor; error norm "
+      "sqrt(mean |x - x̂|²) over the whole run, including the transient. N(0, 0.5) means a standard deviation of "
+      "0.5.</dd>\n<dt>paper-like</dt><dd>plant and observer are integrated together, with a new noise value at each of "
+      "the four Runge-Kutta stages, which averages the noise within a step; the error is divided by the RMS of the "
+      "state. This reading fits the paper's numbers best among those that we tried, so cells are compared with the "
+      "paper in this reading.</dd></dl>\n<p>Training uses 4,096 random samples per step instead of full batches. This "
+      "gives the same errors in a twentieth of the time. The paper's figures come without data, so our curves are "
+      "compared with its text.</p>\n",
       bench.size.test_trajectories);
   for (const auto& [name, experiment] : bench.experiments)
     html += fmt::format("<details><summary>Experiment {}</summary><pre>{}</pre></details>\n", escaped(name),

@@ -15,8 +15,8 @@
 namespace nlo::trainer {
 namespace {
 
-// Trajectories that are integrated together, and whose errors are summed together: fixed, so that neither the draws nor
-// the order of the additions depends on the number of threads.
+// Number of trajectories that are integrated and summed together. It is constant, so that neither the random numbers
+// nor the order of the additions depends on the number of threads.
 constexpr Eigen::Index kChunk = 20;
 
 }  // namespace
@@ -54,7 +54,7 @@ JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& pl
     if (k + 1 == samples) break;
     const double t = static_cast<double>(k) * h;
     const Eigen::VectorXd u1 = input(t), u2 = input(t + 0.5 * h), u4 = input(t + h);
-    // Plant and observer in one Runge-Kutta step: each stage measures anew.
+    // One Runge-Kutta step of plant and observer together: each stage draws a new measurement.
     Eigen::MatrixXd joint(x.rows() + z.rows(), batch);
     joint << x, z;
     joint = codegen::rk4_step(joint, h, [&](double c, const Eigen::MatrixXd& at) {
@@ -81,7 +81,7 @@ ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantC
                                      ErrorAccumulator(states, simulation.sample_period_s));
   ThreadPool(threads).run(static_cast<int>(chunks), [&](int task, int) {
     const Eigen::Index first = task * kChunk, count = std::min(kChunk, initial.cols() - first);
-    const auto own_plant = make_plant(plant);  // plants are not for two threads at once
+    const auto own_plant = make_plant(plant);  // two threads must not share a plant
     const JointRun run =
         integrate_with_stage_noise(model, *own_plant, simulation, initial.middleCols(first, count), noise, seed,
                                    static_cast<std::uint64_t>(first), parse_excitation(*own_plant, inputs));

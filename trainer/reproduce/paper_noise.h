@@ -22,7 +22,7 @@
 
 namespace nlo::trainer {
 
-/// Plant and latent system over the horizon, sample by sample.
+/// A run of plant and latent system together, sample by sample.
 struct JointRun {
   Dataset truth;                         ///< clean outputs and states
   std::vector<Eigen::MatrixXd> latent;   ///< n_z x N per trajectory
@@ -30,14 +30,15 @@ struct JointRun {
 };
 
 /// Integrates from the columns of `initial` (n_x x B) at the sample period of `simulation`, with the excitation u(t) in
-/// the plant and in phi(z) u (25) of a driven model. Trajectory i draws from run `first_run + i` of `seed` (see
-/// MeasurementNoise): channel by channel, stage after stage.
+/// the plant and in phi(z) u (25) of a driven model. Trajectory i uses the noise of run `first_run + i` of `seed` (see
+/// MeasurementNoise): stage after stage, and channel by channel in each stage.
 JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& plant, const SimulationConfig& simulation,
                                     const Eigen::MatrixXd& initial, const NoiseConfig& noise, std::uint64_t seed,
                                     std::uint64_t first_run = 0, const Excitation& excitation = {});
 
-/// The errors of the model's estimates over such runs, T* in float; `inputs` are expressions over t (excitation.h). The
-/// same bytes for any number of threads; 0: all cores. Throws codegen::Error when a trajectory leaves the numbers.
+/// Returns the errors of the model's estimates over such runs, with T* in float. `inputs` are expressions over t
+/// (excitation.h). The result has the same bytes for any number of threads; 0: all cores. Throws codegen::Error if a
+/// trajectory is no longer finite.
 ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantConfig& plant,
                                        const SimulationConfig& simulation, const Eigen::MatrixXd& initial,
                                        const NoiseConfig& noise, std::uint64_t seed, int threads,

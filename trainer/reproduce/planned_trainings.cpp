@@ -25,11 +25,11 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-// Measured: floating-point operations per second in the forward and backward pass of a network, and seconds for the
-// forward and backward pass of the filter over one sample with its noise.
+// Measured constants: floating-point operations per second in the forward and backward pass of a network, and seconds
+// for the forward and backward pass of the filter over one sample with noise.
 constexpr double kFlopsPerSecond = 5e10, kSecondsPerFilteredSample = 4e-9;
 constexpr double kSecondsPerStepOnLogs = 0.01;
-constexpr double kFlopsPerWeight = 6.0;                          // forwards once, backwards twice
+constexpr double kFlopsPerWeight = 6.0;                          // the forward pass costs 2, the backward pass 4
 constexpr double kFlopsPerSecondInSteps = 1e10, kOverhead = 40;  // small networks inside Runge-Kutta stages
 
 /// Returns the number of weights of the hidden layers. The last layer is small.
@@ -75,7 +75,8 @@ DraftExperiment paper_draft(std::string_view name, const Size& size, int seed) {
       overrides.push_back(fmt::format("training.steps={}", steps));
       return parse_draft(shipped.text, file, overrides);
     }
-  throw codegen::Error(fmt::format("{}: there is no such experiment of the paper", name));
+  throw codegen::Error(
+      fmt::format("{}: no paper experiment has this name; trainer/experiments/paper/ contains all of them", name));
 }
 
 double training_cost_s(const Experiment& experiment) {
@@ -87,14 +88,14 @@ double training_cost_s(const Experiment& experiment) {
   const double stepped = runs * static_cast<double>(sample_count(experiment.simulation));
   const double evaluated = all ? stepped : training.samples_per_step;
   const auto states = static_cast<double>(experiment.simulation.initial_low.size());
-  if (structure_of(experiment.observer).has_dynamics_network())  // four stages of RK4 a sample, one after the other
+  if (structure_of(experiment.observer).has_dynamics_network())  // RK4 has four sequential stages per sample
     return training.steps * stepped * 4.0 * kFlopsPerWeight *
            (weights(states, experiment.dynamics.hidden) + kOverhead) / kFlopsPerSecondInSteps;
   const auto latent =
       static_cast<double>(experiment.observer.eigenvalues.size() + 2 * experiment.observer.pairs.size());
   double networks = weights(latent, experiment.inverse_map.hidden);
   if (uses_forward_map(experiment)) networks += weights(states, experiment.forward_map.hidden);
-  if (needs_equations(experiment.loss))  // a tangent for each state beside the value
+  if (needs_equations(experiment.loss))  // each evaluation also computes one tangent per state
     networks += states * weights(states, experiment.forward_map.hidden);
   return training.steps *
          (kFlopsPerWeight * networks * evaluated / kFlopsPerSecond + latent * stepped * kSecondsPerFilteredSample);

@@ -41,10 +41,9 @@ std::span<const Item> items() {
        {"van_der_pol_fast", "van_der_pol_mixed", "van_der_pol_slow"},
        20.0,
        table_2},
-      {"table1-control", "example2", "Control of Table 1: what learning the eigenvalues adds", "vanderpol-rmse",
-       "The paper compares learned eigenvalues with three fixed sets, none of which is where learning starts. Here "
-       "each "
-       "start is trained twice, with D frozen and with D learned, all else alike.",
+      {"table1-control", "example2", "Control of Table 1: the benefit of learning the eigenvalues", "vanderpol-rmse",
+       "The paper compares learned eigenvalues with three fixed sets, but learning starts at none of these sets. Here "
+       "each initial set is trained twice, with D frozen and with D learned; everything else is equal.",
        start_experiments(), 60.0, eigenvalue_starts},
       {"figure-vanderpol-compare",
        "example2",
@@ -103,7 +102,7 @@ std::span<const Item> items() {
        "example3",
        "Reverse Duffing from (2, 0)",
        "compare_x12",
-       "x(0) = (2, 0) lies outside of X1 and inside of X2: extremely limited generalisation.",
+       "x(0) = (2, 0) lies outside of X1 and inside of X2: the observer trained on X1 generalises extremely little.",
        {"reverse_duffing_x1", "reverse_duffing_x2"},
        1.0,
        duffing_from_2_0},
@@ -136,8 +135,8 @@ std::span<const Item> items() {
        "exams",
        "Driven observers: the benchmark of HyperKKL",
        "arXiv 2603.29744",
-       "The smaller SMAPE of two methods with 125,000 multiply-adds in each cell, for four plants under four kinds of "
-       "input. They report none for Lorenz, which is listed with them.",
+       "Each cell shows the smaller SMAPE of two methods with 125,000 multiply-adds, for four plants and four kinds of "
+       "input. The paper lists Lorenz, too, but reports no SMAPE for it.",
        {"hyperkkl/duffing", "hyperkkl/van_der_pol", "hyperkkl/roessler", "hyperkkl/fitzhugh_nagumo", "hyperkkl/lorenz"},
        20.0,
        hyperkkl},
@@ -145,7 +144,7 @@ std::span<const Item> items() {
        "exams",
        "Inclination from an inertial sensor",
        "BROAD; RIANN, VQF",
-       "On trial 24 and six more: VQF .91 deg, RIANN 1.38 deg with 365,000 multiply-adds.",
+       "On trial 24 and six other trials: VQF 0.91 deg, RIANN 1.38 deg with 365,000 multiply-adds.",
        {"inclination", kOneVector},
        5.0,
        inclination,
@@ -154,8 +153,8 @@ std::span<const Item> items() {
        "exams",
        "State of charge of a lithium-ion cell",
        "LG HG2; Wong et al., GoodIT 2021, table 3",
-       "Errors on UDDS, LA92, US06 and one Mixed cycle, after training on Mixed cycles: these logs are not here, so "
-       "there is no published figure beside ours.",
+       "The paper reports errors on UDDS, LA92, US06 and one Mixed cycle after training on Mixed cycles. These test "
+       "logs are not available here, so no published figure is shown beside ours.",
        {kCharge},
        5.0,
        charge,
@@ -193,7 +192,7 @@ std::vector<const Item*> select_items(const std::string& what) {
     if (item.name != item.example) known.emplace_back(item.name);
   }
   const std::string nearest = nearest_name(what, known);
-  throw codegen::Error(fmt::format("{}: the paper has no such part; {}", what,
+  throw codegen::Error(fmt::format("{}: no item has this name; {}", what,
                                    nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
                                                    : fmt::format("did you mean \"{}\"?", nearest)));
 }

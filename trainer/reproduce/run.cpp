@@ -25,10 +25,12 @@ double analysis_cost_s(const Item& item, const Request& request) {
 /// Returns a sentence about missing logs; empty if none are missing.
 std::string no_logs(const Item& item, const std::string& data) {
   if (item.logs.empty()) return "";
-  if (data.empty()) return fmt::format("{} needs logs: name the folder that holds {}/ by --data", item.name, item.logs);
+  if (data.empty())
+    return fmt::format("{} needs logs: name the folder that holds {}/ by --data FOLDER", item.name, item.logs);
   const std::string folder = data + "/" + std::string(item.logs);
-  return std::filesystem::is_directory(folder) ? ""
-                                               : fmt::format("{} needs its logs: there is no {}", item.name, folder);
+  return std::filesystem::is_directory(folder)
+             ? ""
+             : fmt::format("{} needs its logs, but there is no {}", item.name, folder);
 }
 
 void write_section(const Item& item, const Section& section, const std::string& directory) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The result of an item of the paper: numbers beside the paper's, figures, and claims that hold or not. It only has
-// data; page.cpp turns it into HTML and CSV.
+// The result of an item: our numbers beside the paper's, figures, and claims that hold or not. It only contains data;
+// page.cpp writes HTML from it.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@ struct Spread {
 /// Returns mean and spread of values over training seeds; NaN without values.
 Spread spread(const std::vector<double>& values);
 
-/// One number of the paper, computed in both ways that its measurement protocol may mean, with one value per training
-/// seed.
+/// One number of the paper and our values for it, one per training seed. The paper's protocol allows two readings, so
+/// the error is computed in two ways.
 ///   strict      norm = sqrt(mean |x - x_hat|^2), one noise draw per sample
 ///   paper_like  norm / RMS|x|, a new noise draw at every Runge-Kutta stage
 struct Cell {
@@ -33,7 +33,7 @@ struct Cell {
 };
 
 struct ComparisonTable {
-  std::string title;   ///< empty when the item has one table
+  std::string title;   ///< empty if the item has one table
   std::string corner;  ///< heading of the first column
   std::vector<std::string> columns, rows;
   std::vector<std::vector<Cell>> cells;  ///< rows x columns
@@ -63,7 +63,7 @@ struct Explanation {
 };
 
 struct Section {
-  std::string seen;  ///< our observation, in words made from the numbers
+  std::string seen;  ///< our observation in words, generated from the numbers
   std::vector<ComparisonTable> tables;
   std::vector<Contest> contests;
   std::vector<ExamTable> exams;
@@ -79,7 +79,7 @@ constexpr double kTolerance = 0.35;
 /// Returns mean / paper - 1 of the paper-like values; empty without a number of the paper.
 std::optional<double> deviation_from_paper(const Cell& cell);
 
-/// Returns true if the cell is to be marked.
+/// Returns true if the cell differs by more than kTolerance and is marked.
 bool is_outside(const Cell& cell);
 
 }  // namespace nlo::trainer::reproduction

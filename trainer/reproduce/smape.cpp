@@ -23,7 +23,7 @@ double smape_of_components(const Eigen::MatrixXd& truth, const Eigen::MatrixXd& 
 
 double smape_of_norms(const Eigen::MatrixXd& truth, const Eigen::MatrixXd& estimate, const Eigen::VectorXd& time_s,
                       double from_s) {
-  constexpr double kSlackS = 1e-6;  // 5 s in steps of 0.05 s may read 4.99999
+  constexpr double kSlackS = 1e-6;  // 5 s in steps of 0.05 s may be computed as 4.99999 s
   double sum = 0.0;
   Eigen::Index samples = 0;
   for (Eigen::Index k = 0; k < truth.cols(); ++k) {

@@ -45,7 +45,8 @@ struct Reading {
 };
 constexpr Reading kReadings[] = {{"strict", &Cell::strict}, {"paper-like", &Cell::paper_like}};
 
-/// `holds(a, b)`-style claims over one row: looked at for each seed and in both readings.
+/// Adds a claim to the section for each reading. `holds(at)` checks it for one seed, where at(row, column) is the error
+/// of a cell.
 template <class Claim>
 void add_orderings(Section& section, const std::string& claim, int seeds, const Claim& holds) {
   for (const Reading& reading : kReadings)
@@ -70,7 +71,8 @@ std::string near_paper_text(const Section& section) {
                      cells - outside, cells, 100.0 * kTolerance);
 }
 
-/// The column with these eigenvalues, trained as the baseline is: on pairs (z, x) without the transient.
+/// Returns the column with the same eigenvalues, but trained as the paper's baseline: on pairs (z, x) without the
+/// transient.
 Column baseline(const Column& column) {
   static const std::map<std::string_view, std::string_view> kOf = {{"van_der_pol_fast", "van_der_pol_baseline_fast"},
                                                                    {"van_der_pol_mixed", "van_der_pol_baseline_mixed"},
@@ -106,12 +108,12 @@ Section table_1(const Workbench& bench) {
                   [row](const auto& at) { return at(row, 3) < at(row, 4); });
   }
   section.explanations = {{"", baseline(kMixed).title,
-                           "Better than the paper. How much of the transient the baseline drops is not stated, and "
-                           "this column depends on it "
-                           "the most: Table 2 drops nothing and is further away."}};
+                           "Our error is smaller than the paper's. The paper does not state how much of the transient "
+                           "its baseline leaves out of the training. This column depends on it most: Table 2 leaves "
+                           "nothing out, and its errors are further from the paper."}};
   section.seen = near_paper_text(section) +
-                 " The eigenvalues that learning ends at depend on where it starts (Adam at 1e-3 moves them by about 1 "
-                 "in 1,000 steps), so only the errors are compared.";
+                 " The learned eigenvalues depend on their initial values (Adam at 1e-3 changes them by about 1 in "
+                 "1,000 steps), so only the errors are compared.";
   return section;
 }
 
@@ -129,13 +131,12 @@ Section table_2(const Workbench& bench) {
                 });
   section.explanations = {
       {"", kMixed.title,
-       "Better than the paper. Trained over whole runs, T* leans on the two fast modes while the slow "
-       "one has not yet forgotten its start; trained without the start, as in Table 1, it does not, "
-       "and comes near the paper's number."}};
-  section.seen =
-      near_paper_text(section) +
-      " Here T* is trained by the state error of whole runs, their start included; the columns of Table 1 leave "
-      "the start out, as the baseline does.";
+       "Our error is smaller than the paper's. If T* is trained over whole runs, it relies on the two fast modes while "
+       "the slow mode has not yet forgotten its initial value. If it is trained without the transient, as in Table 1, "
+       "it does not, and its error is close to the paper's number."}};
+  section.seen = near_paper_text(section) +
+                 " Here T* is trained on the state error of whole runs, including the transient. The columns of Table "
+                 "1 leave the transient out, as the baseline does.";
   return section;
 }
 

@@ -22,7 +22,7 @@ Eigen::VectorXd shown(const Eigen::VectorXd& values, Eigen::Index samples) {
   return thinned(values.head(samples), 500);
 }
 
-/// Low and high end of one state over all columns, a little wider.
+/// Returns the range of one state over all columns, slightly widened.
 std::pair<double, double> common_range(const std::vector<Runs>& columns, Eigen::Index state, Eigen::Index samples) {
   double low = 1e300, high = -1e300;
   for (const Runs& runs : columns) {
@@ -48,7 +48,7 @@ Runs runs_of(const Workbench& bench, const Trial& trial, std::string title, std:
 }
 
 double error_between(const EvaluatedRun& run, double from_s, double to_s) {
-  constexpr double kSlackS = 1e-6;  // 10 s in steps of 0.02 s may read 9.99999
+  constexpr double kSlackS = 1e-6;  // 10 s in steps of 0.02 s may be computed as 9.99999 s
   double squares = 0.0;
   int samples = 0;
   for (Eigen::Index k = 0; k < run.truth.samples(); ++k) {
@@ -89,7 +89,7 @@ Figure runs_figure(const std::vector<Runs>& columns, double seconds, std::string
       panel.x_high = seconds;
       panel.y_low = low;
       panel.y_high = high;
-      // The outputs of the paper's examples are their first states.
+      // In the paper's examples, the output is the first state.
       const bool measured = state == 0 && (run.measured - run.truth.outputs).cwiseAbs().maxCoeff() > 0.0;
       const bool legend = state == 0 && &runs == &columns.back();
       if (measured)

@@ -16,7 +16,7 @@ const NoiseConfig kNone{}, kGaussian{NoiseKind::kGaussian, 0.5};
 const Eigen::Vector2d kStart(-0.5, 0.5);
 constexpr double kShownS = 30.0, kTransientS = 10.0, kEndS = 50.0;
 
-/// The table of a figure: per curve the error of the whole run in both readings.
+/// Returns the table of a figure: for each curve the error of the whole run in both readings.
 ComparisonTable run_errors(const Workbench& bench, const std::vector<Runs>& curves,
                            const std::vector<std::string_view>& experiments, const Eigen::VectorXd& x0,
                            const std::vector<NoiseConfig>& noises) {
@@ -58,7 +58,7 @@ Section compared(const Workbench& bench, const NoiseConfig& noise, const char* c
   return section;
 }
 
-/// One experiment without and with noise.
+/// Returns the section for one experiment, tested without and with noise.
 Section without_and_with_noise(const Workbench& bench, std::string_view experiment, const char* caption) {
   const std::vector<Runs> curves{runs_of(bench, {experiment, kStart, kNone}, "without noise", "clean"),
                                  runs_of(bench, {experiment, kStart, kGaussian}, "with N(0, 0.5)", "noisy")};

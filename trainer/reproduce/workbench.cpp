@@ -11,11 +11,11 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr std::uint64_t kTestSeed = 1;  // seed of initial states and noise, for every training seed
+constexpr std::uint64_t kTestSeed = 1;  // seed of the test's initial states and noise, the same for every training seed
 
-/// The error norm over t >= from_s; every instant of a simulation has the same number of samples.
+/// Returns the error norm over t >= from_s. Every time of a simulation has the same number of samples.
 double norm_from(const ErrorMetrics& metrics, double from_s) {
-  constexpr double kSlackS = 1e-6;  // 5 s in steps of 0.02 s may read 4.99999
+  constexpr double kSlackS = 1e-6;  // 5 s in steps of 0.02 s may be computed as 4.99999 s
   double squares = 0.0;
   Eigen::Index count = 0;
   for (Eigen::Index k = 0; k < metrics.curve.size(); ++k) {
@@ -49,7 +49,7 @@ codegen::Model Workbench::observer(const Trial& trial, int seed) const {
   codegen::Model observer = model(trial.experiment, seed);
   if (!trial.drive) {
     observer = codegen::without_inputs(observer);
-    observer.flight = {};  // flown with inputs, which this observer does not take
+    observer.flight = {};  // the flight has inputs, but this observer has none
   }
   return observer;
 }
@@ -70,7 +70,7 @@ Cell Workbench::measure(const Trial& trial, std::optional<double> paper, double 
     cell.strict.push_back(norm_from(evaluate_on_plant(tried, clean, trial.noise, kTestSeed, threads).metrics, from_s));
     const ErrorMetrics paper_like = evaluate_with_stage_noise(tried, *made_by.plant, made_by.simulation, trial.initial,
                                                               trial.noise, kTestSeed, threads, trial.inputs);
-    const double rms = paper_like.nrmse ? paper_like.norm / *paper_like.nrmse : 1.0;  // a zero state has no RMS
+    const double rms = paper_like.nrmse ? paper_like.norm / *paper_like.nrmse : 1.0;  // an RMS of zero cannot divide
     cell.paper_like.push_back(norm_from(paper_like, from_s) / rms);
   }
   return cell;

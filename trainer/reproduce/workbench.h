@@ -20,7 +20,7 @@
 
 namespace nlo::trainer::reproduction {
 
-/// How much is computed.
+/// The amount of computation.
 struct Size {
   double steps = 1.0;           ///< share of the experiments' training steps
   int test_trajectories = 200;  ///< size of the test set
@@ -50,7 +50,7 @@ class Workbench {
   Size size;
   int seeds = 3;     ///< trained models per experiment
   int threads = 0;   ///< 0: all cores
-  std::string data;  ///< folder of the folders of logs
+  std::string data;  ///< folder that contains the folders of logs
   std::map<std::string, Experiment, std::less<>> experiments;
   std::map<ModelKey, codegen::Model> models;
   std::function<void(double share)> progress;  ///< progress of the analysis, in [0, 1]; may throw to stop it
@@ -58,17 +58,17 @@ class Workbench {
   const Experiment& experiment(std::string_view name) const;
   const codegen::Model& model(std::string_view experiment, int seed) const;
 
-  /// n_x x n initial states of the experiment's test set: the same for all training seeds.
+  /// Returns the initial states of the experiment's test set, n_x x n. They are the same for all training seeds.
   Eigen::MatrixXd test_states(std::string_view experiment, double box_scale = 1.0) const;
 
-  /// The model of a trial and seed: without phi(z) u when the trial says so.
+  /// Returns the model of a trial and seed, without phi(z) u if trial.drive is false.
   codegen::Model observer(const Trial& trial, int seed) const;
 
-  /// The plant's runs of a trial, without noise.
+  /// Returns the plant's runs of a trial, without noise.
   Dataset truth(const Trial& trial) const;
 
-  /// Both readings for all seeds, over t >= from_s; the paper-like one is divided by the RMS of the state over the
-  /// whole run.
+  /// Returns the error in both readings for all seeds, over t >= from_s. The paper-like error is divided by the RMS of
+  /// the state over the whole run.
   Cell measure(const Trial& trial, std::optional<double> paper = std::nullopt, double from_s = 0.0) const;
 };
 

@@ -35,8 +35,9 @@ struct LatentModel {
   Scalar steady_gain[kNz][kNy];       ///< S = -D^-1 F: z settles at S y when y is constant
   Scalar initial[kNz];                ///< z before the first measurement
   bool starts_steady;                 ///< the first measurement sets z to initial + S y
-  bool relative[kNy] = {};            ///< T* reads this output only through z - S y, and so does the domain: a constant
-                                      ///< added to the output changes neither. Angles are always relative
+  /// True if T* and the domain use this output only through z - S y. A constant that is added to the output then
+  /// changes neither. Angles are always relative.
+  bool relative[kNy] = {};
 
   /// The hold of steps over another time than the sample period. RK4 is replaced by the exact ramp that it
   /// approximates, because RK4 is stable only for short steps.

@@ -73,9 +73,9 @@ struct Halved {
 };
 
 /// exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w, without cancellation and without libm:
-/// Taylor series at w / 2^s, then s doublings. Relative error: below 3 rounding units for any real w <= 0, below
-/// 2 (1 + |w|) of them for complex w. (The rounding of w itself contributes |w| of them.)
-/// Source: Higham, Functions of Matrices, section 10.7.4.
+/// Taylor series at w / 2^s, then s doublings. Relative error: below 3 rounding units for real w <= 0, below 2 (1 +
+/// |w|) rounding units for complex w. The rounding of w itself contributes |w| of these units. Source: Higham,
+/// Functions of Matrices, section 10.7.4.
 template <class T>
 struct Phi {
   Complex<T> exp_minus_1, phi1, phi2;

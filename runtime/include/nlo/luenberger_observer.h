@@ -2,7 +2,7 @@
 // Luenberger-like observer (15) of a partially known plant, dx/dt = A x + g(x), y = C x, with a learned g_hat:
 //   x_hat' = A x_hat + g_hat(x_hat) + G (y - C x_hat)
 // stepped by the classical Runge-Kutta method. Its latent state is the estimate. Export checks that A - G C is Hurwitz
-// and within the stable region of the method. Whether the observer is stable with g_hat, only an evaluation shows.
+// and within the stable region of the method. Only an evaluation shows whether the observer is stable with g_hat.
 #pragma once
 
 #include <cstdint>

@@ -90,7 +90,7 @@ constexpr ChannelHealth absent_health(ChannelHealth last, int missed, std::uint3
   return static_cast<ChannelHealth>(next & ~(static_cast<std::uint32_t>(late) * kClampedBit));
 }
 
-/// Returns the health of such an output as its status counts it: kOk until it is late, then kHeld, never kStale.
+/// Returns the health from which the status of such an output follows: kOk until it is late, then kHeld, never kStale.
 constexpr ChannelHealth due_health_of_failing(ChannelHealth health, std::uint32_t not_due) {
   const std::uint32_t clamped = health >> 1U & 1U;
   const ChannelHealth due = due_health(static_cast<ChannelHealth>(health & ~std::uint32_t{kClampedBit}), not_due);

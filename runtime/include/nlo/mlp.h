@@ -120,7 +120,7 @@ struct NoLinearPath {};
 /// Stands for a map without an error head (error_head.h).
 struct NoErrorHead {};
 
-/// Products that T* reads behind its inputs: in[factor] in[clock]. A clock is a latent state exp(-t / tau), which falls
+/// Products in[factor] in[clock], which T* reads after its inputs. A clock is a latent state exp(-t / tau), which falls
 /// from 1 to 0 after a start. The products let T* depend on the time since the start for as long as z depends on it.
 template <int kCount_>
 struct ClockProducts {
@@ -152,14 +152,14 @@ NLO_INLINE Scalar fall_back(Scalar estimate, Scalar row, Scalar per_reach) {
   return row + apart / multiply_add<kArithmetic>(ratio, ratio, Scalar(1));
 }
 
-/// Linear rows of some outputs of T*. Where the network is far from its row, fall_back() follows the row.
+/// Linear rows for some outputs of T*. If the network's output is far from its row, fall_back() follows the row.
 template <class Scalar, int kIn, int kCount_>
 struct FallbackRows {
   static constexpr int kCount = kCount_;
   std::uint16_t outputs[kCount];  ///< output of each row
   Scalar weights[kCount][kIn];
   Scalar offset[kCount];
-  Scalar per_reach[kCount];  ///< 1 / distance from the row of which half remains
+  Scalar per_reach[kCount];  ///< 1 / distance from the row at which w is 1/2
 
   /// Corrects kTogether estimates at once: `in` is n_in x kTogether, `out` n_out x kTogether.
   template <Arithmetic kArithmetic, int kTogether = 1>

@@ -24,8 +24,9 @@
 // usable_outputs() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is
 // beyond the gate, which widens with sqrt(v). After kMostRejected rejections in a row it believes the sensor until the
 // innovation is ordinary again. It also rejects a frozen sensor, one that repeats a reading for longer than in training
-// or while the prediction moves on. Where the model says so (`replaces`), the prediction stands in for a measurement
-// that is missing or beyond the gate: an observer that holds the last one has a large error while the plant moves.
+// or while the prediction moves on. If the model sets `replaces` for an output, the prediction replaces a measurement
+// that is missing or beyond the gate, because an observer that holds the last measurement has a large error while the
+// plant moves.
 //
 // widened() widens the intervals of an estimate by the disagreement.
 //

@@ -65,12 +65,12 @@ inline constexpr int kLargestInnovation = 5;
 inline constexpr int kOrdinaryDisagreement = 2;
 
 /// The gate rejects at most this many measurements in a row, and never for longer than the monitor takes to arm. Then
-/// the sensor is believed until its innovation is ordinary again. Where predictions replace missing measurements, these
-/// count, too, and later ones stay missing. If every fifth sample is an outlier, five
+/// it accepts the sensor until the innovation is ordinary again. If predictions replace missing measurements, these
+/// count too; after this many in a row, further ones are not replaced. If every fifth sample is an outlier, five
 /// outliers in a row occur once in 3,000 samples.
 inline constexpr int kMostRejected = 5;
 
-/// The limit of a statistic that is not watched. Any other limit is one that the statistic can reach.
+/// The limit of a statistic that is not watched. The statistic can reach every other limit.
 inline constexpr double kNoLimit = 1e12;
 
 }  // namespace nlo

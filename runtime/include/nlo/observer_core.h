@@ -376,7 +376,7 @@ class ObserverCore {
 
   static constexpr bool is_slow(int i) { return kSlow && i < kNr && not_due<Model>(i) > 0; }
 
-  /// Health of channel i as its status counts it.
+  /// Returns the health from which the status of channel i follows.
   constexpr ChannelHealth counted_health(int i) const {
     if constexpr (kSlow && kNf > 0) {
       for (int f = 0; f < kNf; ++f)

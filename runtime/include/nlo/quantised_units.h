@@ -4,8 +4,9 @@
 //   [s; g] = (1 + tanh(gates(q))) / 2,   c = tanh(candidate([g z; q_y]))       by the table of int16.h, Q15
 //   z+     = z + s (c - z)                                        s and c - z in Q15, z in Q23
 // z is stored in a float, exactly: a multiple of 2^-23 within +-32767/32768. The code around the units is therefore the
-// same as in float. The error of s is up to 1e-4, that of the table. A unit with a smaller s moves too fast or not at
-// all. `nlo export --scalar int16` writes it. Its bits are the same on every target and for both arithmetic policies.
+// same as in float. The error of s is up to 1e-4, the error of the table. A unit with a smaller s moves too fast or not
+// at all. `nlo export --scalar int16` writes it. Its bits are the same on every target and for both arithmetic
+// policies.
 #pragma once
 
 #include <bit>

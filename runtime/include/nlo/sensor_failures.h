@@ -28,7 +28,7 @@ struct SensorFailures {
   /// Replaces missing outputs and writes the stalenesses, which are the last kNf readings. Returns which outputs were
   /// missing.
   ///   last  the readings of the last sample
-  ///   k     of the step; 0: there was no last sample
+  ///   k     k over the time of the step; 0 in the first sample
   template <Arithmetic kArithmetic, int kNr>
   constexpr Vector<bool, kNf> fill(Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], Scalar k) const {
     Vector<bool, kNf> missing{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Activations for scalars and SIMD packs, without libm. The trainer differentiates the same functions that fly; jvp.h
-// has their slopes.
+// Activations for scalars and SIMD packs, without libm. The trainer differentiates exactly the functions that the
+// target executes. jvp.h has their slopes.
 #pragma once
 
 #include <cstdint>

@@ -62,7 +62,7 @@ struct Blocks {
     while (4 * fours(rows) > rows) ++rows;
     return rows;
   }();
-  static constexpr int kFours = fours(kRows);  ///< number of blocks of 4, behind those of 5
+  static constexpr int kFours = fours(kRows);  ///< number of blocks of 4, which follow the blocks of 5
   static constexpr int kFives = (kRows - kWhole - 4 * kFours) / 5;
   static_assert(5 * kFives + 4 * kFours + kWhole == kRows && kFives >= 0);
 };

@@ -2,8 +2,8 @@
 // Layout of the weights of a dense layer for CPUs with vectors. It does not depend on the length of the vectors,
 // because the bytes of a model must not depend on compiler flags. A layer has three parts:
 //   tiles   up to 64 outputs each, a multiple of 16. For each input, the weights of all outputs of the tile are side by
-//           side. Sums stay in registers during the loop over the inputs; every load is of whole, aligned cache lines
-//   eight   8 further outputs, likewise
+//           side. Sums stay in registers during the loop over the inputs; every load reads whole, aligned cache lines
+//   eight   8 further outputs, in the same order
 //   rest    up to 7 further outputs. Usually row-major: one dot product each, rows padded with zeros to a multiple of
 //           4. In layers with few inputs column-major: the weights of all outputs are side by side for each input,
 //           padded with zeros to a multiple of 4 outputs
