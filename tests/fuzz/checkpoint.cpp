@@ -62,7 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static const Rig rig;
   std::ofstream(rig.directory.path("checkpoint.bin"), std::ios::binary | std::ios::trunc)
       << forged(rig.whole, bytes, size);
-  fuzzing::takes([&] {
+  fuzzing::accepts([&] {
     const TrainingResult result =
         train(rig.experiment, rig.training, rig.validation, {rig.directory.path(), true, nullptr, nullptr});
     fuzzing::require(result.outcome == TrainOutcome::kDiverged || std::isfinite(result.validation_rmse),

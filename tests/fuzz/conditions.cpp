@@ -7,7 +7,7 @@
 using namespace nlo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  fuzzing::takes([&] {
+  fuzzing::accepts([&] {
     const trainer::ConditionSet set = trainer::parse_conditions(fuzzing::text_of(bytes, size), "c.toml");
     const std::vector<std::pair<std::string, double>> nominal = {{"mu", 1.0}, {"length", 0.5}};
     std::vector<std::string> left_out;

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     const std::size_t begin = at + kMark.size();
     overrides.emplace_back(text.substr(begin, text.find('\n', begin) - begin));
   }
-  fuzzing::takes([&] {
+  fuzzing::accepts([&] {
     const auto draft = trainer::parse_draft(text, "e.toml", overrides);
     if (!draft.complete) return;
     const std::string written = trainer::format_experiment(draft.experiment);

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static const ScratchDirectory directory;
   static const std::string path = directory.path("log.csv");
   const fuzzing::Parts parts = fuzzing::split_at(fuzzing::text_of(bytes, size), "\n#--log\n");
-  fuzzing::takes([&] {
+  fuzzing::accepts([&] {
     const trainer::Experiment experiment = trainer::parse_draft(parts.before, "e.toml").experiment;
     if (!experiment.log) return;
     std::ofstream(path, std::ios::binary | std::ios::trunc) << parts.after;

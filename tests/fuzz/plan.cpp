@@ -12,7 +12,7 @@
 using namespace nlo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  fuzzing::takes([&] {
+  fuzzing::accepts([&] {
     const trainer::SweepPlan plan = trainer::parse_sweep_plan(fuzzing::text_of(bytes, size), "plan.toml");
     const std::vector<trainer::SweepJob> jobs = trainer::jobs_of(plan);
     fuzzing::require(!jobs.empty() && jobs.size() <= trainer::kMostSweepJobs, "a plan has jobs, and not too many");
