@@ -68,7 +68,7 @@ TEST(Csv, IgnoresCellsOfUnusedColumns) {
 TEST(Csv, RefusesAnEmptyFile) {
   EXPECT_THAT(error_in(""), HasSubstr("a.csv: the file is empty"));
   EXPECT_THAT(error_in("\n  \r\n"), HasSubstr("a.csv: the file is empty"));
-  EXPECT_THAT(error_in("a,b\n\n"), HasSubstr("a.csv: a header and no data"));
+  EXPECT_THAT(error_in("a,b\n\n"), HasSubstr("a.csv: there is a header but no data"));
 }
 
 TEST(Csv, NamesTheLineOfARaggedRow) {
@@ -119,7 +119,7 @@ TEST(Csv, FindsTheHeadingsBelowAPreamble) {
     EXPECT_EQ(table.line(0), std::count(preamble, preamble + std::string_view(preamble).size(), '\n') + 2) << preamble;
   }
   EXPECT_EQ(parse("t,x\n\n\n0,5\n1,6\n").rows(), 2);
-  EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: there are numbers where the headings"));
+  EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: the line has numbers, but the headings"));
 }
 
 TEST(Csv, SkipsHeadingsThatARestartedLoggerWritesAgain) {
@@ -215,7 +215,7 @@ TEST(Csv, NamesWrongDecimalMarks) {
   EXPECT_THAT(error_in_column("a;b\n1,5;2\n", "a", {.separator = ';'}),
               AllOf(HasSubstr("a.csv:2:a: \"1,5\" is not a number"), HasSubstr("set decimal = \",\" in [log]")));
   EXPECT_THAT(error_in_column("a;b\n1.234,5;2\n", "a", {.separator = ';', .decimal = ','}),
-              HasSubstr("\"1.234,5\" has a point, and [log] decimal = \",\" says"));
+              HasSubstr("\"1.234,5\" has a point, and [log] decimal = \",\" declares"));
   EXPECT_THAT(error_in_column("a;b\n1,2,3;2\n", "a", {.separator = ';', .decimal = ','}), HasSubstr("is not a number"));
 }
 
@@ -230,13 +230,11 @@ TEST(Csv, SkipsCommentLinesButCountsThem) {
 }
 
 TEST(Csv, ReportsAMissingOrCommentedHeader) {
-  EXPECT_THAT(
-      error_in("# time, y\n0,1\n1,2\n"),
-      HasSubstr(
-          "a.csv:2: there are numbers where the headings of the columns are expected: is \"# time, y\" above them "
-          "the header row? delete its #"));
+  EXPECT_THAT(error_in("# time, y\n0,1\n1,2\n"), HasSubstr("a.csv:2: the line has numbers, but the headings of the "
+                                                           "columns are expected here: is \"# time, y\" above them "
+                                                           "the header row? delete its #"));
   EXPECT_THAT(error_in("0,1\n1,2\n"),
-              HasSubstr("a.csv:1: there are numbers where the headings of the columns are expected: "
+              HasSubstr("a.csv:1: the line has numbers, but the headings of the columns are expected here: "
                         "write a header row above them"));
 }
 
@@ -244,8 +242,8 @@ TEST(Csv, NamesUtf16AndTheCommandThatConvertsIt) {
   for (const std::string& text : {std::string("\xFF\xFEt\0,\0", 6), std::string("\xFE\xFF\0t\0,", 6)})
     EXPECT_EQ(
         error_in(text),
-        "a.csv: is UTF-16, as its byte order mark says: expected UTF-8; iconv -f UTF-16 -t UTF-8 a.csv > utf8.csv "
-        "converts it");
+        "a.csv: the file is UTF-16 (by its byte order mark), but UTF-8 is expected: convert it with iconv -f UTF-16 "
+        "-t UTF-8 a.csv > utf8.csv");
 }
 
 TEST(Csv, AcceptsMissingCellsWhereTheyAreAllowed) {

@@ -70,7 +70,7 @@ TEST_F(EmptyCellsOfLogs, AnEmptyCellMeansMissingForAnOutputHeldForAnInputAndUnsc
                                   "log.csv): as an output it holds its last value there"),
                         HasSubstr("may_fail")),
                   HasSubstr("\"b\" has no value in 5 % of the rows (20 of 400, for up to 0.21 s, most in log.csv): as "
-                            "a state it is not scored there"),
+                            "a state, no state of such a row is scored"),
                   HasSubstr("\"u\" has no value in 0.25 % of the rows (1 of 400")));
 }
 
@@ -88,15 +88,14 @@ TEST_F(EmptyCellsOfLogs, AnOutputWithItsOwnPeriodMissesOnlySamplesThatWereDue) {
   EXPECT_EQ(data.trajectories[0].outputs, unsaid.trajectories[0].outputs);  // held between its samples
   const auto lossy = [&](int k, char column) { return slow(k, column) || (column == 'a' && k > 100 && k < 170); };
   load(config, holey_log(lossy));
-  EXPECT_THAT(report_.notes,
-              ElementsAre(HasSubstr("\"a\" lacks 3 of its 21 samples with period_s = 0.2 s (none for up to "
-                                    "0.8 s, in log.csv)")));
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("\"a\" lacks 3 of its 21 samples with period_s = 0.2 s (for up to "
+                                                   "0.8 s, in log.csv)")));
   config.columns[1].period_s = 0.012;
   EXPECT_THAT(error_in(config, holey_log(slow)),
               HasSubstr("\"a\": period_s = 0.012 is not longer than the sample period, 0.01 s: remove it"));
   config.columns[1].period_s = 0.0;
   config.columns[2].period_s = 0.2;
-  EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is for columns with role \"output\""));
+  EXPECT_THAT(error_in(config, holey_log(slow)), HasSubstr("\"b\": period_s is only for columns with role \"output\""));
 }
 
 TEST(RegularSpacing, IsTheMeanOfTheSpacingsNearTheMedianIfTheyAreNineOfTen) {

@@ -138,8 +138,9 @@ class MissingValues : public LoadingLogs {
 
 TEST_F(MissingValues, AreReportedOnceWithLineColumnShareAndKey) {
   load(config(), csv());
-  EXPECT_THAT(report_.notes, ElementsAre("log.csv:52: \"y\" is -9999 there and in 1 % of its rows, -3 to 3 elsewhere: "
-                                         "unless these are readings, write missing = [-9999] at the column"));
+  EXPECT_THAT(report_.notes,
+              ElementsAre("log.csv:52: \"y\" is -9999 here and in 1 % of its rows; elsewhere it is from -3 to "
+                          "3: if these are not readings, write missing = [-9999] at the column"));
   load(config(), csv("1.7976931348623157e308"));
   EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("write missing = [\"1.7976931348623157e+308\"]")));
   load(config(), csv("0.1"));  // control
@@ -189,7 +190,7 @@ TEST_F(MissingValues, AreMissingInTheVelocityOfAnAngle) {
 TEST_F(MissingValues, DoNotApplyToTimeOrExpressions) {
   LogConfig log = config();
   log.columns[0].missing = {"0"};
-  EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not for the time")));
+  EXPECT_THAT(error_in(log, csv()), AllOf(HasSubstr("\"time\""), HasSubstr("missing is not needed at the time")));
   log = config();
   log.columns.push_back(column("yy", ColumnRole::kOutput));
   log.columns.back().expression = "y * y";

@@ -70,7 +70,7 @@ TEST_F(LogChecks, NoteAConstantColumn) {
 }
 
 TEST_F(LogChecks, NoteACopiedColumn) {
-  EXPECT_THAT(notes(two_columns(swing, swing)), ElementsAre(HasSubstr("\"a\" and \"b\" hold the same signal: ")));
+  EXPECT_THAT(notes(two_columns(swing, swing)), ElementsAre(HasSubstr("\"a\" and \"b\" contain the same signal, ")));
   EXPECT_THAT(notes(two_columns(swing, [](double t) { return 3.0 - 2.0 * swing(t); })),
               ElementsAre(HasSubstr("the second is -2 times the first, +3")));
   std::mt19937 engine(1);  // control: a second sensor with 1 % of noise
@@ -80,8 +80,9 @@ TEST_F(LogChecks, NoteACopiedColumn) {
 
 TEST_F(LogChecks, NoteDegreesCalledRad) {
   const auto degrees = [](double t) { return swing(t) / kDegree; };  // to 74
-  EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "rad"}),
-              ElementsAre(AllOf(HasSubstr("degrees that are called rad?"), HasSubstr("set unit to deg"))));
+  EXPECT_THAT(
+      notes(two_columns(degrees, other), {.unit = "rad"}),
+      ElementsAre(AllOf(HasSubstr("is it in degrees although its unit is rad?"), HasSubstr("set unit to deg"))));
   EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "deg"}), IsEmpty());
   EXPECT_THAT(notes(two_columns([](double t) { return 8.0 * swing(t); }, other), {.unit = "rad"}), IsEmpty());
   // A wrap in the wrong unit: jumps of 360 show it.
@@ -93,13 +94,14 @@ TEST_F(LogChecks, NoteDegreesCalledRad) {
 TEST_F(LogChecks, NoteRadCalledDegrees) {
   const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t), kTurn); };
   EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "deg", .wrap = 360.0}),
-              ElementsAre(AllOf(HasSubstr("and jumps by 2 pi: rad that are called degrees?"), HasSubstr("to rad"))));
+              ElementsAre(AllOf(HasSubstr("and jumps by 2 pi: is it in rad although its unit is degrees?"),
+                                HasSubstr("to rad"))));
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "deg"}), IsEmpty());  // a range of a few degrees is plausible
 }
 
 TEST_F(LogChecks, NoteAWrapThatNeverWraps) {
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "rad", .wrap = kTurn}),
-              ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("leave its wrap out"))));
+              ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("remove wrap"))));
   // It does not wrap in this log, but comes so close that another log will.
   EXPECT_THAT(notes(two_columns([](double t) { return 2.0 * swing(t); }, other), {.unit = "rad", .wrap = kTurn}),
               IsEmpty());
@@ -183,8 +185,8 @@ TEST_F(LogChecks, NoteStampsThatLookLikeMilliseconds) {
   EXPECT_THAT(
       notes(log(10, 600)),
       ElementsAre(
-          "\"time\" has no unit and is read in s, a row each 10 s: if its stamps are in ms, set unit = \"ms\" at "
-          "the column with role = \"time\"; if they are in s, say so by unit = \"s\""));
+          "\"time\" has no unit and is read in s, which gives a row every 10 s: if its stamps are in ms, set unit = "
+          "\"ms\" at the column with role = \"time\"; if they are in s, set unit = \"s\""));
   EXPECT_THAT(notes(log(1e4, 600)), ElementsAre(HasSubstr("set unit = \"us\"")));
   EXPECT_THAT(notes(log(1e7, 600)), ElementsAre(HasSubstr("set unit = \"ns\"")));
   time_unit_ = "s";  // a declared unit is accepted: batteries and ovens are logged once a second

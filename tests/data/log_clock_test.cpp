@@ -71,7 +71,7 @@ TEST_F(LogClock, RefusesAColumnThatIsNotAClockAndNamesTheLine) {
               HasSubstr("log.csv:3:time: time does not increase"));
   std::string shuffled = "time,phi\n";
   for (int k = 0; k < 100; ++k) shuffled += std::to_string(k * 37 % 101) + ",0\n";
-  EXPECT_THAT(error_in(SyntheticLog::config(), shuffled), HasSubstr("is this the clock of these rows?"));
+  EXPECT_THAT(error_in(SyntheticLog::config(), shuffled), HasSubstr("is this column the clock?"));
 }
 
 /// 600 rows like those of the pendulum at 100 Hz, each with its own stamp and with the row number as reading.
@@ -129,13 +129,13 @@ TEST_F(LogClock, KeepsTheFirstRowOfARepeatedStamp) {
   EXPECT_EQ(data.trajectories[0].outputs(0, 4), 4.0);
   EXPECT_EQ(data.trajectories[0].outputs(0, 5), 6.0);
   EXPECT_NEAR(data.trajectories[0].time_s[5], 0.06, 1e-9);
-  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:7: the stamp 0.040 is that of the row before: the first "
-                                                   "row is kept (the first of 3 such rows)")));
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:7: the stamp 0.040 equals that of the row before: only "
+                                                   "the first of these rows is kept (the first of 3 such rows)")));
 }
 
 TEST_F(LogClock, RefusesStampsTooCoarseForTheRowsButNotRowsWrittenTwice) {
   EXPECT_THAT(error_in(plain_config(), log_of([](int k) { return printed(0.01 * (k / 4)); })),
-              AllOf(HasSubstr("log.csv:3:time: 75 % of the rows have other readings at the stamp of the row before"),
+              AllOf(HasSubstr("log.csv:3:time: 75 % of the rows have the stamp of the row before but other readings"),
                     HasSubstr("write [log] sample_period_s")));
   std::string twice = "time,y\n";
   for (int k = 0; k < 300; ++k)
@@ -182,7 +182,7 @@ TEST_F(LogClock, ReadsDatesAndTimesOfDayAlsoAcrossMidnight) {
   EXPECT_THAT(error_in(plain_config(), log_of([](int k) {
                          return k == 3 ? std::string("10:11") : "10:11:12." + std::to_string(100 + k);
                        })),
-              HasSubstr("log.csv:5:time: \"10:11\" is not a time in the form of the first one, \"10:11:12.100\""));
+              HasSubstr("log.csv:5:time: \"10:11\" is not a time in the format of the first one, \"10:11:12.100\""));
   EXPECT_THAT(error_in(plain_config(), log_of([](int) { return std::string("20.11.2026 10:11:12"); })),
               HasSubstr("2026-11-20T10:11:12.345Z"));
 }
@@ -262,14 +262,15 @@ TEST_F(LogClock, DropsRunsThatAreTooShort) {
   const Dataset data = load(SyntheticLog::config(), csv);
   ASSERT_EQ(data.trajectories.size(), 2u);
   EXPECT_EQ(data.trajectories[1].source, "log.csv (3 of 3)");
-  EXPECT_THAT(report_.notes,
-              ElementsAre(HasSubstr("split into 3 runs"),
-                          AllOf(HasSubstr("unusable, and dropped: 1 of its 3 runs, the first log.csv (2 of 3)"),
-                                HasSubstr("samples are too few"))));
+  EXPECT_THAT(
+      report_.notes,
+      ElementsAre(HasSubstr("split into 3 runs"),
+                  AllOf(HasSubstr("1 of its 3 runs cannot be used and are dropped, the first is log.csv (2 of 3)"),
+                        HasSubstr("samples are too few"))));
   LogConfig config = SyntheticLog::config();
   config.velocity_filter.mask_edges_s = 1.0;
-  EXPECT_THAT(error_in(config, csv),
-              AllOf(HasSubstr("log.csv: no run between its gaps can be used"), HasSubstr("raise [log] max_gap_s")));
+  EXPECT_THAT(error_in(config, csv), AllOf(HasSubstr("log.csv: none of its runs between gaps can be used"),
+                                           HasSubstr("raise [log] max_gap_s")));
 }
 
 TEST_F(LogClock, ReplacesRoundedStampsByARegularGrid) {

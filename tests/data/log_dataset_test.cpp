@@ -150,8 +150,8 @@ TEST_F(LogDataset, RefusesLogsThatAreTooShort) {
   EXPECT_THAT(error_in(config, "time,phi\n1,0\n1.005,0\n1.01,0\n"),
               AllOf(HasSubstr("log.csv: "), HasSubstr("samples are too few")));
   log_.samples = 60;  // 0.3 s
-  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("within mask_edges_s = 0.2 s of its ends"));
-  EXPECT_THAT(thrown_message([&] { load_logs(config, scratch_.path(), {}); }), HasSubstr("no logs are named"));
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("within mask_edges_s = 0.2 s of an end"));
+  EXPECT_THAT(thrown_message([&] { load_logs(config, scratch_.path(), {}); }), HasSubstr("no log is named"));
 }
 
 TEST_F(LogDataset, NamesAFileWithoutTheColumn) {
@@ -259,7 +259,7 @@ TEST_F(LogDataset, RefusesAnEveryThatLeavesTooFewRows) {
   config.every = 600;
   config.sample_period_s *= 600;
   EXPECT_THAT(error_in(config, log_.csv()),
-              HasSubstr("log.csv: 600 rows, and every = 600 leaves fewer than two samples"));
+              HasSubstr("log.csv: has 600 rows, of which every = 600 leaves fewer than two samples"));
 }
 
 }  // namespace

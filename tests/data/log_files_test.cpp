@@ -72,7 +72,7 @@ TEST(LogFiles, RefusesAFileOrItsCopyInTwoSplits) {
   };
   EXPECT_EQ(error_in(splits({"run1.csv"}, {}, {"run2.csv"})), "no error");  // control
   EXPECT_THAT(error_in(splits({"run*.csv"}, {}, {"run2.csv"})),
-              HasSubstr("run2.csv: is in train_files and in test_files: a log belongs to one split"));
+              HasSubstr("run2.csv: is in train_files and in test_files: list each log in only one split"));
   EXPECT_THAT(error_in(splits({"run1.csv"}, {"./run1.csv"}, {})), HasSubstr("in train_files and in validation_files"));
   EXPECT_THAT(error_in(splits({"run1.csv"}, {"copy.csv"}, {})),
               AllOf(HasSubstr("copy.csv: is in"), HasSubstr("with the same bytes")));

@@ -201,15 +201,15 @@ TEST(LogSchema, RefusesInvalidConversions) {
   const auto height = column("height", ColumnRole::kState, {.unit = "m"});
   EXPECT_THAT(
       error_in({kTime, kAngle, converted(height, "V")}),
-      HasSubstr(
-          "\"height\": file_unit = \"V\" (voltage) cannot become unit = \"m\" (length): they are of different kinds"));
+      HasSubstr("\"height\": file_unit = \"V\" (voltage) cannot be converted to unit = \"m\" (length): they measure "
+                "different kinds of quantities"));
   EXPECT_THAT(
       error_in({kTime, kAngle, converted(height, "cubit")}),
-      AllOf(
-          HasSubstr("file_unit = \"cubit\" cannot become unit = \"m\" (length): the table of units does not have both"),
-          HasSubstr("value = scale * cell + offset")));
+      AllOf(HasSubstr("file_unit = \"cubit\" cannot be converted to unit = \"m\" (length): the table of units does not "
+                      "have both"),
+            HasSubstr("value = scale * cell + offset")));
   EXPECT_THAT(error_in({kTime, kAngle, converted(column("height", ColumnRole::kState), "cm")}),
-              HasSubstr("file_unit = \"cm\" and no unit"));
+              HasSubstr("file_unit = \"cm\" needs unit"));
   EXPECT_THAT(error_in({kTime, kAngle, converted(height, "", 0.0)}), HasSubstr("scale = 0 makes every value the same"));
   EXPECT_THAT(error_in({converted(kTime, "", 2.0), kAngle, kVelocity}), HasSubstr("are not for the time column"));
   EXPECT_THAT(error_in({kTime, kAngle, converted(kVelocity, "", 2.0)}), HasSubstr("set them at \"theta\""));
@@ -232,7 +232,7 @@ TEST(LogSchema, AVelocityIsConvertedToItsUnit) {
   EXPECT_THAT(
       error_in({kTime, kAngle, velocity}),
       HasSubstr(
-          "\"omega\": unit = \"m/s\" (speed) cannot be the unit of the derivative of \"theta\", whose unit is \"rad\" "
+          "\"omega\": unit = \"m/s\" (speed) cannot be the unit of the derivative of \"theta\", which is in \"rad\" "
           "(angle): expected one of angular velocity"));
 }
 

@@ -91,7 +91,7 @@ TEST_F(TrainingLogsTest, ModelRecordsTheLogsThatTrainedIt) {
     return report.notes;
   };
   EXPECT_THAT(notes_on(rows(3, 0, 900)), IsEmpty());
-  EXPECT_THAT(notes_on(rows(2, 0, 900)), ElementsAre(AllOf(HasSubstr("judged.csv: trained this model"),
+  EXPECT_THAT(notes_on(rows(2, 0, 900)), ElementsAre(AllOf(HasSubstr("judged.csv: it contains"),
                                                            HasSubstr("about 100 % of the training log train2.csv"))));
   EXPECT_THAT(notes_on(rows(2, 300, 800, 5.0)), ElementsAre(HasSubstr("of the training log train2.csv")));
 }

@@ -138,7 +138,7 @@ TEST(ConfigErrors, NameKeysThatDoNotFitTheStructure) {
                   {"[[2.0], [1.0]]", "[[-2.0], [1.0]]", "e.toml:17", "which does not decay"},
                   {"gain = [[2.0], [1.0]]", "gain_poles = [-1.0]", "e.toml:17", "one for each of the 2 states"},
                   {"gain = [[2.0], [1.0]]", "gain_noise = [1.0]", "e.toml:17", "[process, measurement]"},
-                  {"gain = [[2.0], [1.0]]", "", "e.toml:13", "names 0 of gain, gain_poles and gain_noise"},
+                  {"gain = [[2.0], [1.0]]", "", "e.toml:13", "has 0 of the keys gain, gain_poles and gain_noise"},
                   {"gain =", "eigenvalues = [-1.0]\ngain =", "e.toml:17", "whose latent state is the estimate"},
                   {"[training]", "[loss]\nmap_consistency = 1\n[training]", "e.toml:21", "does not have"},
               });
@@ -148,7 +148,7 @@ TEST(ConfigErrors, NameKeysThatDoNotFitTheStructure) {
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nstart = \"steady\"", "e.toml:18",
                    "starts from z = 0"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nclocks_s = [1.0]", "e.toml:18",
-                   "the general observer has none"},
+                   "the general observer has no D"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nfeatures = \"latent_and_output\"",
                    "e.toml:18", "reads only z"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"driven_kkl\"", "e.toml:17", "no loss trains it"},

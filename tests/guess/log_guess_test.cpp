@@ -116,7 +116,7 @@ TEST_F(LogGuess, TreatsAColumnWithAValueInEveryNthRowAsASlowSensor) {
   const GuessedLog two_rates = guess("time,acc,pos,v", log(20, false));
   EXPECT_EQ(column(two_rates, "acc").period_s, 0.0);
   EXPECT_EQ(column(two_rates, "pos").role, ColumnRole::kOutput);
-  EXPECT_THAT(column(two_rates, "pos").why, HasSubstr("a value in each 20th row"));
+  EXPECT_THAT(column(two_rates, "pos").why, HasSubstr("it has a value in every 20th row"));
   EXPECT_NEAR(column(two_rates, "pos").period_s, 0.2, 1e-9);  // rounding of the stamps
   EXPECT_EQ(column(two_rates, "v").role, ColumnRole::kState);
   const GuessedLog one_rate = guess("time,acc,pos,v", log(1, false));
@@ -167,7 +167,7 @@ TEST_F(LogGuess, NeverTreatsTheClockAsATruthToEstimate) {
   EXPECT_EQ(log.clock.heading, "time");
   for (const char* name : {"ros_stamp", "uptime"}) {
     EXPECT_EQ(column(log, name).role, ColumnRole::kIgnored) << name;
-    EXPECT_THAT(column(log, name).why, HasSubstr("a time, and \"time\" is the clock"));
+    EXPECT_THAT(column(log, name).why, HasSubstr("a time, but \"time\" is the clock"));
   }
   EXPECT_EQ(column(log, "angle").role, ColumnRole::kState) << "control";
   EXPECT_EQ(column(log, "t").role, ColumnRole::kState) << "control: it goes up and down";
@@ -181,7 +181,9 @@ TEST_F(LogGuess, AsksForOneColumnIfStampsAreSplitInTwo) {
   };
   const GuessedLog log = guess("header.stamp.sec,header.stamp.nanosec,gyro,x", cells);
   EXPECT_EQ(log.clock.heading, "");
-  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("\"header.stamp.sec\" and \"header.stamp.nanosec\" are one stamp")));
+  EXPECT_THAT(log.notes,
+              ElementsAre(HasSubstr(
+                  "\"header.stamp.sec\" and \"header.stamp.nanosec\" contain one time stamp in two columns")));
   EXPECT_EQ(column(log, "header_stamp_sec").role, ColumnRole::kIgnored);
   EXPECT_EQ(column(log, "x").role, ColumnRole::kState);
   const GuessedLog with_time = guess("time,stamp_sec,stamp_nanosec,gyro", [&](int k) {
@@ -263,7 +265,7 @@ TEST_F(LogGuess, KeepsAClockWithAFewWrongStampsAndNamesThem) {
   EXPECT_NEAR(log.clock.duration_s, 1.49 + 0.49, 1e-9);
   EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:152: the clock goes back"),
                                      HasSubstr("log.csv:52: the stamp 0 does not fit"),
-                                     HasSubstr("log.csv:5: the stamp 0.02 is that of the row before")));
+                                     HasSubstr("log.csv:5: the stamp 0.02 equals that of the row before")));
 }
 
 TEST_F(LogGuess, ReadsTimesOfDayWithoutInventingAPeriod) {
@@ -279,7 +281,7 @@ TEST_F(LogGuess, ReadsTimesOfDayWithoutInventingAPeriod) {
   }
   const GuessedLog none = guess("time,y", [](int k) { return row({1.0 * (k / 4), std::sin(0.1 * k)}); });
   EXPECT_EQ(none.clock.period_s, 0.0);
-  EXPECT_THAT(none.notes, ElementsAre(HasSubstr("\"time\" is named like a time, and cannot be the clock:")));
+  EXPECT_THAT(none.notes, ElementsAre(HasSubstr("\"time\" is named like a time but cannot be the clock:")));
 }
 
 TEST_F(LogGuess, ReadsUnitsFromTheRowBelowTheHeadings) {
@@ -306,8 +308,8 @@ TEST_F(LogGuess, ReadsEachFileByItsOwnFormatAndLeavesDoubledHeadingsOut) {
   EXPECT_EQ(log.format.separator, ',');
   EXPECT_NEAR(log.clock.period_s, 0.01, 1e-12);
   ASSERT_EQ(log.columns.size(), 1U);
-  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("b.csv: separates its cells or decimals differently from"),
-                                     HasSubstr("\"x\" is the heading of several columns: none of them is read")));
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("b.csv: has other separators of cells or decimals than"),
+                                     HasSubstr("several columns have the heading \"x\", so none of them is read")));
 }
 
 TEST_F(LogGuess, ProposesMissingForCellsThatMeanNoValue) {
@@ -330,7 +332,7 @@ TEST_F(LogGuess, IgnoresAColumnOfWords) {
   const GuessedLog log = guess("time,y_sensor,mode", [](int k) {
     return row({0.01 * k, std::sin(0.1 * k)}) + (k % 5 == 0 ? ",1" : k % 2 == 0 ? ",idle" : ",run");
   });
-  EXPECT_THAT(column(log, "mode").why, HasSubstr("its cells are no numbers: \"run\""));
+  EXPECT_THAT(column(log, "mode").why, HasSubstr("its cells are not numbers: \"run\""));
   EXPECT_THAT(column(log, "mode").missing, IsEmpty());
 }
 
@@ -344,7 +346,7 @@ TEST_F(LogGuess, FindsTheUnitOfStampsWithoutAUnit) {
   EXPECT_EQ(unit(2500.0), "us");
   EXPECT_EQ(unit(1e7), "ns");
   const GuessedLog log = guess("time,y", [](int k) { return row({10.0 * k, std::sin(0.1 * k)}); });
-  EXPECT_THAT(log.clock.why, HasSubstr("CHECK its unit: steps of 10 are 100 rows a second in ms"));
+  EXPECT_THAT(log.clock.why, HasSubstr("CHECK the unit: with steps of 10, the log has 100 rows per second in ms"));
 }
 
 TEST_F(LogGuess, IgnoresEmptyColumnsAndSaysWhy) {
@@ -359,7 +361,7 @@ TEST_F(LogGuess, IgnoresEmptyColumnsAndSaysWhy) {
     EXPECT_EQ(column(log, name).role, ColumnRole::kIgnored) << name;
     EXPECT_FALSE(column(log, name).why.empty());
   }
-  EXPECT_THAT(column(log, "dead").why, HasSubstr("one value"));
+  EXPECT_THAT(column(log, "dead").why, HasSubstr("all its values are equal"));
   EXPECT_THAT(column(log, "copy").why, HasSubstr("a copy of \"y_measured\""));
   EXPECT_THAT(column(log, "note").why, HasSubstr("no numbers: \"ok\""));
 }

@@ -241,7 +241,7 @@ TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterDecays) {
 TEST(Transient, DropNamesTheRunThatIsTooShort) {
   Dataset data = simulate_from(oscillator(), sampled(0.02), kInitial);
   EXPECT_THAT(thrown_message([&] { drop_transient(data, 12.5); }),
-              HasSubstr("simulation 0: transient = \"drop\" leaves no sample of its 12 s"));
+              HasSubstr("simulation 0: transient = \"drop\" leaves no sample, because the run lasts 12 s"));
 }
 
 }  // namespace

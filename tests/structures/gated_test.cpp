@@ -221,11 +221,11 @@ TEST(Gated, RefusesUnusedKeys) {
   };
   EXPECT_EQ(message("units = 4"), "no error");
   EXPECT_EQ(message("rates = [0.5, 20.0]"), "no error");
-  EXPECT_EQ(message("eigenvalues = [-1.0]").find("gated.toml:9: [observer] eigenvalues has no use"), 0U);
-  EXPECT_EQ(message("hold = \"zero_order\"").find("gated.toml:9: [observer] hold has no use"), 0U);
+  EXPECT_EQ(message("eigenvalues = [-1.0]").find("gated.toml:9: [observer] eigenvalues has no effect"), 0U);
+  EXPECT_EQ(message("hold = \"zero_order\"").find("gated.toml:9: [observer] hold has no effect"), 0U);
   EXPECT_EQ(message("start = \"steady\"").find("gated.toml:9: [observer] start is"), 0U);
   EXPECT_EQ(message("features = \"latent_minus_output\"").find("gated.toml:9: [observer] features compares"), 0U);
-  EXPECT_EQ(message("rates = [3.0]").find("gated.toml:9: [observer] rates is a slow one"), 0U)
+  EXPECT_EQ(message("rates = [3.0]").find("gated.toml:9: [observer] rates must be the slowest"), 0U)
       << message("rates = [3.0]");
   EXPECT_EQ(message("rates = [3.0, -1.0]").find("gated.toml:9: [observer] rates"), 0U);
   EXPECT_EQ(message("units = 0").find("gated.toml:9: [observer] units"), 0U);

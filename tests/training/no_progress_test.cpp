@@ -56,7 +56,7 @@ TEST(NoProgress, KeepsTheFirstModelAndNamesALearningRateThatIsTooHigh) {
   const TrainingResult result = run(experiment);
   ASSERT_EQ(result.outcome, TrainOutcome::kNoProgress) << result.message;
   EXPECT_THAT(result.message, HasSubstr("learning_rate = 30 may be too high: try 3"));
-  EXPECT_THAT(result.message, HasSubstr("Features are not to blame"));
+  EXPECT_THAT(result.message, HasSubstr("No feature leaves its scale"));
   EXPECT_EQ(result.validation_rmse, result.metrics.front().validation_rmse);
   EXPECT_FALSE(codegen::to_json(result.model).empty());
   experiment.training.learning_rate = 1e-3;
@@ -101,7 +101,7 @@ TEST(NoProgress, NamesTheFeatureThatLeavesItsScale) {
   Objective objective(experiment, structure, data, pool);
   const Rollout& flight = objective.roll_out_flight(initial_dynamics(structure, experiment).data());
   normalise(structure, flight);
-  EXPECT_THAT(likely_causes(experiment, {}, structure, dataset, flight), HasSubstr("Features are not to blame"));
+  EXPECT_THAT(likely_causes(experiment, {}, structure, dataset, flight), HasSubstr("No feature leaves its scale"));
   structure.features.back().scale = 1e-6F;
   EXPECT_EQ(largest_feature(structure, dataset.outputs, flight).name, "the clock of 0.3 s");
   EXPECT_NEAR(largest_feature(structure, dataset.outputs, flight).reach, 0.5e6, 1.0);

@@ -9,7 +9,8 @@
 namespace nlo::trainer {
 
 /// Distribution of initial states: uniform over the box; normal, with the centre of the box as mean and its half widths
-/// as 1 sigma; c + a cos phi + b sin phi with uniform phi; the states of a list in shuffled rounds.
+/// as 1 sigma; circle: c + a cos phi + b sin phi with uniform phi; list: the listed states, each once per round in
+/// random order.
 enum class InitialDistribution { kUniform, kGaussian, kCircle, kList };
 template <>
 inline constexpr NameTable<InitialDistribution, 4> kNames<InitialDistribution>{
@@ -63,7 +64,7 @@ template <>
 inline constexpr NameTable<LatentStart, 2> kNames<LatentStart>{
     {{LatentStart::kZero, "zero"}, {LatentStart::kSteady, "steady"}}};
 
-/// What T* reads: z; z and y; z - y and y.
+/// Features of T*: z; z and y; z - y and y.
 enum class FeatureSet { kLatent, kLatentAndOutput, kLatentMinusOutput };
 template <>
 inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLatent, "latent"},
@@ -76,8 +77,8 @@ template <>
 inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{
     {{ClockProductSet::kNone, "none"}, {ClockProductSet::kLatent, "latent"}, {ClockProductSet::kAll, "all"}}};
 
-/// The readout that ships for a state: the one of network, linear row and blend with the least transient and settled
-/// errors, or with the least settled error; or always the network (shipped_model.h).
+/// Selects the readout that ships for a state (shipped_model.h). kSelected: network, linear row or blend, by the
+/// smallest transient and settled errors. kSettled: by the smallest settled error alone. kNetwork: always the network.
 enum class ReadoutChoice { kSelected, kSettled, kNetwork };
 template <>
 inline constexpr NameTable<ReadoutChoice, 3> kNames<ReadoutChoice>{{{ReadoutChoice::kSelected, "selected"},

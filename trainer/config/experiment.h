@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One experiment as a value: everything that decides a training run, read from a TOML file. Defaults stand here and
-// nowhere else. Exactly one of `plant` (simulate) and `log` (CSV files) is set.
+// One experiment: all settings of a training run, read from a TOML file. All defaults are defined here. Exactly one of
+// `plant` (simulate) and `log` (CSV files) is set.
 #pragma once
 
 #include <array>
@@ -82,7 +82,7 @@ struct FeedbackConfig {
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
 struct ColumnConfig {
   std::string name;    ///< name here, in the report and in the exported header
-  std::string column;  ///< its heading in the file; the same as `name` unless given
+  std::string column;  ///< its heading in the file; default: `name`
   ColumnRole role = ColumnRole::kIgnored;
   std::string unit;       ///< unit of the values in the observer
   std::string file_unit;  ///< unit of the cells, if it differs; empty: `unit`
@@ -95,7 +95,7 @@ struct ColumnConfig {
   std::string derivative_of;  ///< name of the column of which this state is the derivative (see VelocityFilterConfig)
   std::string expression;     ///< expression of a computed output, by names of outputs and inputs; empty: a column
   bool odd = true;          ///< the mirror image changes its sign; false: it does not (a temperature, a forward speed)
-  double delay_s = 0.0;     ///< delay of an input: it acts this much later than the column says
+  double delay_s = 0.0;     ///< delay of an input [s]: it acts this much later than logged
   double period_s = 0.0;    ///< period of an output that is slower than the rows; 0: measured in every row
   bool find_delay = false;  ///< delay_s = "estimate": the delay is found in the training logs (data/log_delays.h)
 };
@@ -214,8 +214,9 @@ struct TrainingConfig {
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself
-  int folds = 4;       ///< number of trainings, of half the steps each; the groups are distributed over them. 0: the
-                       ///< training logs choose
+  /// Number of these trainings. Each has half of the training steps, and each group of logs is left out of one of them.
+  /// 0: no such training; the training logs choose the readouts.
+  int folds = 4;
 };
 
 /// A window of time since the start of a run, from_s <= t < to_s, over which errors are averaged.

@@ -28,7 +28,8 @@ Eigen::VectorXd sine_of(const Eigen::VectorXd& angle, double wrap);
 Eigen::VectorXd cosine_of(const Eigen::VectorXd& angle, double wrap);
 Eigen::VectorXd angle_of(const Eigen::VectorXd& sine, const Eigen::VectorXd& cosine, double wrap);
 
-/// Converts channels for a regression: an angle becomes its sine and cosine, all others stay. And back.
+/// Converts channels for a regression: an angle becomes its sine and cosine, other channels stay. angles_decoded() is
+/// the inverse.
 Eigen::MatrixXd angles_encoded(const Eigen::MatrixXd& values, const std::vector<codegen::Channel>& channels);
 Eigen::MatrixXd angles_decoded(const Eigen::MatrixXd& rows, const std::vector<codegen::Channel>& channels);
 

@@ -37,7 +37,7 @@ class Scanner {
     return value;
   }
 
-  /// Reads the digits behind a point.
+  /// Reads the digits after a decimal point.
   double fraction() {
     std::string digits = "0.";
     for (; !text_.empty() && is_digit(text_.front()); text_.remove_prefix(1)) digits += text_.front();

@@ -15,7 +15,8 @@ struct ClockText {
 };
 
 /// Reads [YYYY-MM-DD(T| )]h:mm:ss[.fraction][Z|+hh:mm]. Also reads slashes in the date, a decimal comma, and a date
-/// without seconds. Returns nothing for any other text: 10:11 alone may be minutes.
+/// without seconds. Returns nothing for any other text. "10:11" alone is not accepted, because it may mean minutes and
+/// seconds.
 std::optional<ClockText> read_clock_text(std::string_view text);
 
 }  // namespace nlo::trainer

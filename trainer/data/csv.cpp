@@ -26,7 +26,7 @@ namespace {
 
 using codegen::Error;
 
-/// Makes a cell printable. A binary file that is taken for a log must not reach the terminal unfiltered.
+/// Makes a cell printable. If a user gives a binary file as a log, its bytes must not reach the terminal.
 std::string shown(std::string_view cell) {
   constexpr std::size_t kLongest = 40;
   return ascii(cell.substr(0, kLongest)) + (cell.size() > kLongest ? "..." : "");
@@ -66,10 +66,10 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
   double number = 0.0;
   if (std::all_of(headings.begin(), headings.end(),
                   [&](const std::string& heading) { return !read_number(heading, '.', number); }))
-    throw Error(fmt::format("{}:{}: there are numbers where the headings of the columns are expected: {}", file, line,
-                            comment.empty()
-                                ? std::string("write a header row above them")
-                                : fmt::format("is \"{}\" above them the header row? delete its #", shown(comment))));
+    throw Error(fmt::format(
+        "{}:{}: the line has numbers, but the headings of the columns are expected here: {}", file, line,
+        comment.empty() ? std::string("write a header row above them")
+                        : fmt::format("is \"{}\" above them the header row? delete its #", shown(comment))));
 }
 
 [[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
@@ -83,8 +83,8 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
 void refuse_utf16(std::string_view text, const std::string& file) {
   if (!text.starts_with("\xFF\xFE") && !text.starts_with("\xFE\xFF")) return;
   throw Error(
-      fmt::format("{}: is UTF-16, as its byte order mark says: expected UTF-8; iconv -f UTF-16 -t UTF-8 {} > utf8.csv "
-                  "converts it",
+      fmt::format("{}: the file is UTF-16 (by its byte order mark), but UTF-8 is expected: convert it with iconv -f "
+                  "UTF-16 -t UTF-8 {} > utf8.csv",
                   file, file));
 }
 
@@ -120,7 +120,7 @@ std::optional<const char*> read_number(std::string_view cell, char decimal, doub
   std::string with_point;
   if (decimal == ',') {
     if (cell.find('.') != std::string_view::npos)
-      return "has a point, and [log] decimal = \",\" says that a comma separates decimals";
+      return "has a point, but [log] decimal = \",\" declares a comma as the decimal mark";
     with_point = cell;
     std::replace(with_point.begin(), with_point.end(), ',', '.');
     cell = with_point;
@@ -143,7 +143,7 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   CsvTable table;
   table.file_ = std::move(file);
   table.format_ = format;
-  // Line ends of an old Mac.
+  // Converts the line ends of old Macs.
   if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
   table.text_ = std::make_shared<const std::string>(std::move(text));
   refuse_utf16(*table.text_, table.file_);
@@ -166,7 +166,8 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   table.units_.assign(beginning.units.begin(), beginning.units.end());
   check_headings(table.headings_, table.file_, table.header_line_, format.separator, comment);
   if (records.rest_is_blank())
-    throw Error(fmt::format("{}: a header and no data: expected rows of numbers below it", table.file_));
+    throw Error(
+        fmt::format("{}: there is a header but no data: expected rows of numbers below the header", table.file_));
 
   skip(beginning.skipped);
   const std::size_t columns = table.headings_.size();
@@ -196,7 +197,7 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
 CsvTable::Place CsvTable::place_in_text(std::string_view cell, int line) const {
   constexpr std::size_t kLongest = (std::size_t{1} << 24) - 1;
   if (cell.size() > kLongest)
-    throw Error(fmt::format("{}:{}: a cell of {} characters: is a quote not closed?", file_, line, cell.size()));
+    throw Error(fmt::format("{}:{}: a cell has {} characters: is a closing quote missing?", file_, line, cell.size()));
   return {static_cast<std::uint64_t>(cell.data() - text_->data()) & ((std::uint64_t{1} << 40) - 1),
           static_cast<std::uint64_t>(cell.size()) & kLongest};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Strict reader of logs in columns: one header row, then rows with as many cells (RFC 4180 quoting; LF, CRLF or CR). It
 // accepts a byte order mark, lines that begin with #, lines above the headings, a row of units and blank lines below
-// them, and blank lines at the end. Everything else that is doubtful is an error with file and line.
+// the headings, and blank lines at the end. Anything else that is ambiguous is an error with file and line.
 #pragma once
 
 #include <Eigen/Core>

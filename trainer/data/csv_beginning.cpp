@@ -46,8 +46,8 @@ bool has_numbers(const Record& record, char decimal) {
   return false;
 }
 
-/// Returns true if `at` and the two records behind it (or all to the end) are rows: one column has a number in all of
-/// them.
+/// Returns true if record `at` and the next two records (or all records to the end) are rows of data: one column has a
+/// number in each of them.
 bool begins_rows(const std::vector<Record>& records, std::size_t at, std::size_t columns, char decimal) {
   constexpr std::size_t kRows = 3;
   std::size_t end = at;
@@ -99,8 +99,8 @@ CsvBeginning find_beginning(CsvRecords records, char decimal) {
   const auto row_of_units = [&](std::size_t header) {
     return header + 2 <= rows && is_words(header + 1) && are_units(first[header + 1]);
   };
-  // Takes the topmost words from which all records down to the rows have that size, because words among the rows are
-  // wrong cells. Otherwise takes the nearest words.
+  // The header is the topmost record of words from which on all records down to the rows have the right number of
+  // cells. Otherwise it is the nearest record of words.
   std::size_t header = rows, nearest = rows;
   for (std::size_t at = rows; at-- > begin.header;) {
     if (!is_words(at)) continue;

@@ -35,7 +35,7 @@ std::vector<std::string_view> first_lines(std::string_view text) {
   return lines;
 }
 
-/// Returns the number of last lines that have as many cells as the last line; 0 if that has one cell.
+/// Returns how many lines at the end have as many cells as the last line; 0 if the last line has one cell.
 std::size_t table_lines(const std::vector<std::string_view>& lines, char separator) {
   if (lines.empty()) return 0;
   const std::size_t cells = cells_of(lines.back(), separator).size();

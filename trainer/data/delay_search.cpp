@@ -18,10 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kEarliest = -8.0;       // samples: an input may be logged after it acted
-constexpr double kLeastExplained = 0.3;  // share of the residual without u; below it the minimum is random
-// Share of the variance. Above it the regression lacks a quantity larger than u, and u may depend on it in a closed
-// loop.
+constexpr double kEarliest = -8.0;       // smallest delay [samples]: an input may be logged after it acted
+constexpr double kLeastExplained = 0.3;  // an input that explains less than this share of the residual is not resolved
+// Largest residual, as a share of the variance. Above it the regression lacks a quantity that is larger than u, and in
+// a closed loop u may depend on this quantity.
 constexpr double kMostUnexplained = 0.4;
 
 /// One regression: delta_m^r of quantity q.
@@ -32,8 +32,8 @@ struct Choice {
   Index width() const { return std::max(degree, 1) * stride; }
 };
 
-/// Returns f(k) minus the mean of the values one width before and one width after. This removes slow parts from all
-/// terms alike.
+/// Returns f(k) minus the mean of the values one width before and one width after. This removes slow parts from every
+/// term in the same way.
 template <class F>
 double passed(const Choice& choice, Index k, const F& f) {
   return f(k) - 0.5 * (f(k - choice.width()) + f(k + choice.width()));
@@ -104,7 +104,7 @@ class Regression {
   double deviation(const std::vector<VectorXd>& columns, std::size_t j, const VectorXd& slope) const {
     const Fit best = fit(columns, target_);
     VectorXd direction = slope * best.weights[static_cast<Index>(j)];
-    direction -= fit(columns, direction).prediction;  // removes the part that another weight explains, too
+    direction -= fit(columns, direction).prediction;  // removes the part that other weights also explain
     const VectorXd score = (target_ - best.prediction).cwiseProduct(direction);
     const Index lags = std::min<Index>(8 * choice_.width() + 40, rows_ / 4);
     double sum = score.squaredNorm();
@@ -138,7 +138,7 @@ class Regression {
   /// cosine.
   double feature(const DelayRun& run, const std::vector<double>& angles, Index k, Index index) const {
     const Index q = index / 3, w = choice_.width();
-    if (choice_.degree == 0) return 0.0;  // the quantity is u itself
+    if (choice_.degree == 0) return 0.0;  // if the measured quantity were u itself, a level would explain it
     if (index % 3 == 2) return choice_.degree == 2 ? run.measured(q, k + w) - run.measured(q, k) : 0.0;
     const double level = 0.5 * (run.measured(q, k + w / 2) + run.measured(q, k + (w + 1) / 2));
     const double turn = angles[static_cast<std::size_t>(q)];
@@ -168,7 +168,7 @@ class Search {
  public:
   Search(const Regression& regression, const std::vector<double>& known, double longest)
       : regression_(regression), known_(known), longest_(longest), delays_(known.size()), columns_(known.size()) {
-    std::vector<double> common;  // start with all unknown delays equal, which is near for all of them
+    std::vector<double> common;  // start values: all unknown delays are equal, which is close to each of them
     for (double d = kEarliest; d <= longest_; d += 1.0) {
       set_unknown(d);
       common.push_back(regression_.residual(columns_));
@@ -274,7 +274,8 @@ std::vector<FoundDelay> find_delays(const std::vector<DelayRun>& runs, const std
     }
   for (std::size_t j = 0; j < known.size(); ++j)
     if (std::isnan(known[j]) && !std::isfinite(best[j].deviation))
-      throw codegen::Error("the logs are too short, or an input moves nothing that is measured");
+      throw codegen::Error(
+          "the delay cannot be found, because the logs are too short or an input has no effect on any measurement");
   return best;
 }
 

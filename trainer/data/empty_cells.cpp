@@ -116,24 +116,24 @@ void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs
 void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vector<std::string>& notes) {
   for (const auto& [heading, count] : cells) {
     if (count.lost > 0)
-      notes.push_back(fmt::format(
-          "\"{}\" lacks {} of its {} samples with period_s = {:.4g} s (none for up to {:.3g} s, in {}): it holds "
-          "its last value there, and in flight the status is kHeld, then kStale",
-          heading, count.lost, count.due, count.period_s, count.longest_s, count.worst));
+      notes.push_back(
+          fmt::format("\"{}\" lacks {} of its {} samples with period_s = {:.4g} s (for up to {:.3g} s, in {}): it "
+                      "holds its last value there, and in flight the status becomes kHeld, then kStale",
+                      heading, count.lost, count.due, count.period_s, count.longest_s, count.worst));
     if (count.empty == 0) continue;
     const double share = static_cast<double>(count.empty) / static_cast<double>(count.rows);
     std::string what;
     const auto add = [&](const std::string& part) { what += (what.empty() ? "" : "; ") + part; };
     if (count.period_s == 0.0 && count.output && count.regular_s > 0.0)
-      add(fmt::format(
-          "as an output it has a value each {0:.4g} s: write period_s = {0:.4g} at the column, so that what "
-          "is not due is not missing in flight",
-          count.regular_s));
+      add(
+          fmt::format("as an output it has a value every {0:.4g} s: write period_s = {0:.4g} at the column, so that "
+                      "the observer does not count the empty cells as missing in flight",
+                      count.regular_s));
     else if (count.period_s == 0.0 && count.output)
       add("as an output it holds its last value there, as in flight (where [observer] may_fail names it, it is "
           "missing)");
     if (count.input) add("as an input it holds its last value there");
-    if (count.state) add("as a state it is not scored there, nor is any other state of the row");
+    if (count.state) add("as a state, no state of such a row is scored");
     if (what.empty()) add("as a mask it excludes the truth there");
     notes.push_back(
         fmt::format("\"{}\" has no value in {:.3g} % of the rows ({} of {}, for up to {:.3g} s, most in {}){}: {}",

@@ -37,7 +37,7 @@ struct EmptyCells {
   double worst_share = 0.0;
   bool output = false, state = false, input = false;  ///< roles of the column
   double period_s = 0.0;                              ///< period of a slow output in the experiment; else 0
-  double regular_s = 0.0;          ///< regular time between two values, if no period_s says it; else 0
+  double regular_s = 0.0;          ///< regular time between two values if period_s is not given, else 0
   Eigen::Index due = 0, lost = 0;  ///< expected and missing samples of a slow output
 };
 
@@ -45,7 +45,8 @@ struct EmptyCells {
 /// within a quarter of their median (the others do not count). Otherwise 0. `empty`: rows without a value, increasing.
 Eigen::Index regular_spacing(const std::vector<Eigen::Index>& empty, Eigen::Index rows);
 
-/// Adds the columns of `schema` in one more file. Once a column has empty cells, its rows in all files count.
+/// Adds the columns of `schema` in one more file. If a column has empty cells in one file, its rows in all files are
+/// counted.
 void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,
                        std::map<std::string, EmptyCells>& cells);
 

@@ -14,7 +14,7 @@ namespace {
 /// Rounds down to two digits, so that a window that must fit into the horizon still does.
 double two_digits(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
-  // 16 / 0.1 may give 159.99...; a whole number of units up to rounding is kept.
+  // 16 / 0.1 may give 159.99...; the factor corrects this rounding.
   const double units = std::floor(value / unit * (1.0 + 1e-9));
   return unit < 1.0 ? units / std::round(1.0 / unit) : units * unit;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Windows of a run over which errors are averaged: those of [evaluation], otherwise a transient and a settled window
-// that fit the time scale of the plant, be it a motor or an epidemic.
+// Windows of a run over which errors are averaged: those of [evaluation], or else a transient and a settled window that
+// follow from the observer's time constants. So they suit fast and slow plants.
 #pragma once
 
 #include <cstddef>

@@ -110,7 +110,7 @@ bool has_many_values(const std::vector<VectorXd>& signals, const std::vector<dou
   return seen.size() == kMany;
 }
 
-/// Judges the outermost value of a column without the values that were found before.
+/// Judges the outermost value of a column, after the impossible values that were already found have been removed.
 class Judge {
  public:
   Judge(const std::vector<VectorXd>& signals, bool is_command) : signals_(signals), is_command_(is_command) {
@@ -188,8 +188,8 @@ std::vector<std::string> as_cells(const ImpossibleValues& found) {
 }
 
 std::string to_text(const ImpossibleValues& found, const std::string& heading, const std::string& file, int line) {
-  return fmt::format("{}:{}: \"{}\" is {} there and in {:.2g} % of its rows, {:.4g} to {:.4g} elsewhere", file, line,
-                     heading, fmt::join(as_cells(found), " or "),
+  return fmt::format("{}:{}: \"{}\" is {} here and in {:.2g} % of its rows; elsewhere it is from {:.4g} to {:.4g}",
+                     file, line, heading, fmt::join(as_cells(found), " or "),
                      100.0 * static_cast<double>(found.count) / static_cast<double>(found.all), found.low, found.high);
 }
 
@@ -211,7 +211,7 @@ std::vector<std::string> note_impossible_values(const LogSchema& schema, const s
       if (found.values.empty()) continue;
       headings.push_back(heading);
       const LogFile& log = logs[found.file];
-      notes.push_back(fmt::format("{}: unless these are readings, write missing = {} at the column",
+      notes.push_back(fmt::format("{}: if these are not readings, write missing = {} at the column",
                                   to_text(found, heading, log.name, log.lines[static_cast<std::size_t>(found.row)]),
                                   show_cells(as_cells(found))));
     }

@@ -32,7 +32,7 @@ struct ImpossibleValues {
 /// count.
 ImpossibleValues impossible_values(const std::vector<Eigen::VectorXd>& signals, bool is_command);
 
-/// Returns a text: FILE:LINE: "HEADING" is -9999 there and in 1 % of its rows, -3 to 3 elsewhere.
+/// Returns a text: FILE:LINE: "HEADING" is -9999 here and in 1 % of its rows; elsewhere it is from -3 to 3.
 std::string to_text(const ImpossibleValues& found, const std::string& heading, const std::string& file, int line);
 
 /// Returns the values in the form of the key `missing`.

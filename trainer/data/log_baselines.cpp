@@ -42,8 +42,8 @@ VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& pol
   return estimate;
 }
 
-/// Returns the spacing of samples that is enough to choose on a long log: 48 candidates for two velocities over 10^6
-/// samples took 20 s.
+/// Returns the stride with which a long log is sampled for the choice. Without it, 48 candidates for two velocities
+/// over 10^6 samples took 20 s.
 Index stride_of(const Dataset& training) {
   constexpr Index kEnough = 20000;
   Index samples = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Causal estimates without an observer: the training mean; the sensor of a state itself; the difference of the last two
-// measurements; the end of a polynomial through the last few; or a regression on the last few samples of all channels
-// and their products. An observer must beat them to be useful.
+// Causal estimates without an observer, which an observer must beat to be useful: the training mean; the sensor of a
+// state; the difference of the last two measurements; the end of a polynomial through the last measurements; or a
+// regression on the last samples of all channels and their products.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,9 +32,9 @@ Eigen::VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int der
 /// mean sine and cosine: -pi and pi average to pi, not to 0.
 Eigen::VectorXd mean_states(const Dataset& dataset);
 
-/// Returns the output in the unit of a state that is its best sensor, by the RMSE of each output (infinite: another
-/// unit) and the deviation of the state. -1: there is no such output, one is the truth itself, or the mean is closer. A
-/// sensor without any noise is simulated and does not count.
+/// Returns the output that is the best sensor of a state: the smallest RMSE among the outputs in the state's unit
+/// (`errors`; infinite for other units). Returns -1 if there is no such output, if an output is the truth itself (a
+/// simulated sensor without noise), or if the state's mean has a smaller error (`deviation`).
 int best_sensor(const std::vector<double>& errors, double deviation);
 
 class LogBaseline {

@@ -24,8 +24,8 @@ using Notes = std::vector<std::string>;
 
 constexpr double kTurnRad = 2.0 * std::numbers::pi, kTurnDeg = 360.0;
 
-/// Two columns are copies if a line through one explains the other up to this share of its deviation. That holds for
-/// numbers printed with three or more digits, and not for a second sensor of the same quantity.
+/// Two columns are copies if a linear function of one explains the other up to this share of its deviation. Copies that
+/// are printed with three or more digits stay below it; a second sensor of the same quantity does not.
 constexpr double kCopy = 1e-3;
 
 /// Range of a column over all logs.
@@ -57,28 +57,30 @@ Spread spread_of(const LogColumn& column, const std::vector<LogFile>& logs) {
 
 void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) {
   if (spread.low < spread.high) return;
-  notes.push_back(fmt::format(
-      "\"{}\" is {:.6g} in every row: a sensor that is off, or the wrong column? choose the right one, or leave it out",
-      column.heading, spread.low));
+  notes.push_back(
+      fmt::format("\"{}\" is {:.6g} in every row: is the sensor off, or is it the wrong column? choose the right "
+                  "column, or leave it out",
+                  column.heading, spread.low));
 }
 
-/// Returns true if it added a note: then the wrap is as doubtful as the unit.
+/// Checks the unit of an angle. Returns true if it added a note, because then the wrap may be wrong too.
 bool note_unit(const LogColumn& column, const Spread& spread, Notes& notes) {
   const char* mend = column.wrap > 0.0 ? "unit and wrap" : "unit";
-  // Two turns either way in rad, and the range of one turn in degrees.
+  // More than two turns in each direction if it were rad, but within one turn if it is degrees.
   const bool too_wide = spread.largest() > 2.0 * kTurnRad &&
                         (spread.largest() <= 0.5 * kTurnDeg || (spread.low >= 0.0 && spread.high <= kTurnDeg));
   if (column.unit == "rad" && (spread.jumps_deg > 0 || too_wide)) {
-    notes.push_back(
-        fmt::format("\"{}\" runs from {:.4g} to {:.4g} {}: degrees that are called rad? if so, set {} to deg",
-                    column.heading, spread.low, spread.high, spread.jumps_deg > 0 ? "and jumps by 360" : "rad", mend));
+    notes.push_back(fmt::format(
+        "\"{}\" runs from {:.4g} to {:.4g} {}: is it in degrees although its unit is rad? if so, set {} to deg",
+        column.heading, spread.low, spread.high, spread.jumps_deg > 0 ? "and jumps by 360" : "rad", mend));
     return true;
   }
   const bool too_narrow = spread.largest() < 1.02 * kTurnRad && (column.wrap > 0.0 || spread.jumps_rad > 0);
   if (is_degrees(column.unit) && too_narrow) {
     notes.push_back(fmt::format(
-        "\"{}\" runs from {:.4g} to {:.4g} {}: rad that are called degrees? if so, set {} to rad", column.heading,
-        spread.low, spread.high, spread.jumps_rad > 0 ? "and jumps by 2 pi" : "deg, a fiftieth of its turn", mend));
+        "\"{}\" runs from {:.4g} to {:.4g} {}: is it in rad although its unit is degrees? if so, set {} to rad",
+        column.heading, spread.low, spread.high,
+        spread.jumps_rad > 0 ? "and jumps by 2 pi" : "deg, a fiftieth of a turn", mend));
     return true;
   }
   return false;
@@ -88,16 +90,15 @@ void note_wrap(const LogColumn& column, const Spread& spread, Notes& notes) {
   if (column.wrap == 0.0) return;
   if (spread.crossings == 0 && spread.high - spread.low < 0.5 * column.wrap)
     notes.push_back(
-        fmt::format("\"{}\" never wraps: it stays from {:.4g} to {:.4g}, within half a turn; unless the rig "
-                    "can turn further, leave its wrap out: an observer of a plain output has more features "
-                    "to choose from",
+        fmt::format("\"{}\" never wraps: it stays between {:.4g} and {:.4g}, within half a turn. If the rig cannot "
+                    "turn further, remove wrap: then more [observer] features are possible",
                     column.heading, spread.low, spread.high));
-  // Half a turn per step crosses the wrap in every second step; a third of a turn in every third, where unwrapping
-  // becomes a guess.
+  // An angle that moves half a turn per step crosses the wrap in every second step; with a third of a turn per step, in
+  // every third step. From there on, unwrapping is uncertain.
   if (3 * spread.crossings > spread.steps)
     notes.push_back(
-        fmt::format("\"{}\" crosses its wrap in {:.0f} % of the steps: its full turn is not {:.4g}, or it "
-                    "turns too fast for the sample period; check unit and wrap",
+        fmt::format("\"{}\" crosses its wrap in {:.0f} % of the steps: either its full turn is not {:.4g}, or it turns "
+                    "too fast for the sample period; check unit and wrap",
                     column.heading, 100.0 * static_cast<double>(spread.crossings) / static_cast<double>(spread.steps),
                     column.wrap));
 }
@@ -122,7 +123,7 @@ Line line_through(const std::string& a, const std::string& b, const std::vector<
     ab += (x * y).sum();
     bb += y.square().sum();
   }
-  if (!(aa > 0.0 && bb > 0.0)) return {};  // constant columns have a note of their own
+  if (!(aa > 0.0 && bb > 0.0)) return {};  // another note reports constant columns
   const double slope = ab / aa;
   return {slope, mean_b - slope * mean_a, std::sqrt(std::max(0.0, 1.0 - slope * ab / bb))};
 }
@@ -134,7 +135,7 @@ void note_copies(const std::vector<std::string>& headings, const std::vector<Log
       if (line.rest > kCopy) continue;
       const bool same = std::abs(line.slope - 1.0) < kCopy && std::abs(line.offset) < kCopy;
       notes.push_back(fmt::format(
-          "\"{}\" and \"{}\" hold the same signal{}: an observer learns nothing from the second; leave one out, or "
+          "\"{}\" and \"{}\" contain the same signal{}, so an observer learns nothing from the second: remove one, or "
           "name the right column",
           headings[i], headings[j],
           same ? "" : fmt::format(" (the second is {:.4g} times the first, {:+.4g})", line.slope, line.offset)));
@@ -144,7 +145,7 @@ void note_copies(const std::vector<std::string>& headings, const std::vector<Log
 }  // namespace
 
 std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, const std::vector<LogFile>& logs) {
-  constexpr double kBeyond = 1e11;  // s: the year 5138, or a log of that length
+  constexpr double kBeyond = 1e11;  // [s]: a stamp in the year 5138, or a log of that length
   constexpr Index kManyRows = 200;
   if (schema.time_heading.empty() || logs.empty()) return "";
   static constexpr std::array<std::pair<const char*, double>, 3> kFiner = {{{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
@@ -156,8 +157,8 @@ std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, co
   const std::string column = "the column with role = \"time\"";
   for (const LogFile& log : logs)
     if (const double latest_s = std::max(std::abs(log.start_s), log.time_s[log.time_s.size() - 1]); latest_s > kBeyond)
-      return fmt::format("{}: \"{}\" reaches {:.3g} s, beyond the year 5000: set unit = \"{}\" at {}", log.name,
-                         schema.time_heading, latest_s, finer(latest_s, kBeyond), column);
+      return fmt::format("{}: \"{}\" reaches {:.3g} s, which is beyond the year 5000: set unit = \"{}\" at {}",
+                         log.name, schema.time_heading, latest_s, finer(latest_s, kBeyond), column);
   if (config.sample_period_s > 0.0 || std::ranges::any_of(logs, &LogFile::has_time_unit)) return "";
   Index rows = 0;
   std::vector<VectorXd> times;
@@ -166,8 +167,8 @@ std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, co
   if (step_s < 1.0 || rows < kManyRows) return "";
   const char* unit = finer(step_s, 1.0);
   return fmt::format(
-      "\"{}\" has no unit and is read in s, a row each {:.4g} s: if its stamps are in {}, set unit = \"{}\" at {}; "
-      "if they are in s, say so by unit = \"s\"",
+      "\"{}\" has no unit and is read in s, which gives a row every {:.4g} s: if its stamps are in {}, set unit = "
+      "\"{}\" at {}; if they are in s, set unit = \"s\"",
       schema.time_heading, step_s, unit, unit, column);
 }
 
@@ -181,10 +182,9 @@ void count_suspicious_steps(const LogColumn& column, const VectorXd& values, std
 void note_suspicious_steps(const std::vector<SuspiciousSteps>& found, const std::string& file, Notes& notes) {
   for (const SuspiciousSteps& steps : found) {
     if (steps.wide > 0)
-      note_once(notes,
-                fmt::format("{}: \"{}\" turns by more than a third of a turn between samples {} times: unwrapping is "
-                            "uncertain there",
-                            file, steps.column->heading, steps.wide));
+      note_once(notes, fmt::format("{}: \"{}\" turns by more than a third of a turn between two samples ({} times): "
+                                   "unwrapping is uncertain there",
+                                   file, steps.column->heading, steps.wide));
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Finds frequent mistakes in the table of columns from the numbers: a dead or doubled sensor, degrees called rad, a
-// wrong wrap, a logged velocity that is not the truth. Each finding is a note with its remedy.
+// Finds frequent mistakes in the table of columns from the numbers: a dead sensor, two copies of one sensor, the wrong
+// unit of an angle, a wrong wrap, a logged velocity that is not the truth. Each finding is a note with its remedy.
 #pragma once
 
 #include <string>
@@ -25,8 +25,8 @@ void count_suspicious_steps(const LogColumn& column, const Eigen::VectorXd& valu
 void note_suspicious_steps(const std::vector<SuspiciousSteps>& found, const std::string& file,
                            std::vector<std::string>& notes);
 
-/// Returns a better unit for time stamps that are read as seconds because no unit is given, if the log would then have
-/// a second or more per row over hundreds of rows, or if stamps are beyond the year 5000. Empty if there is no doubt.
+/// Returns a note about time stamps that have no unit and are therefore read as seconds, if the log then has a second
+/// or more per row over hundreds of rows, or if stamps are beyond the year 5000. Empty if there is no doubt.
 std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, const std::vector<LogFile>& logs);
 
 /// Checks all logs together, because a column may be constant in one of them.

@@ -16,7 +16,8 @@ using Eigen::VectorXd;
 
 std::string set_period(double period_s) {
   return fmt::format(
-      "set [log] sample_period_s = {:.6g}, or 0 to take it from the stamps, if that is the rate in flight", period_s);
+      "if this is the period in flight, set [log] sample_period_s = {:.6g}, or 0 to derive it from the stamps",
+      period_s);
 }
 
 }  // namespace
@@ -25,16 +26,16 @@ void check_period(const LogFile& log, const LogRun& run, double nominal_s, std::
   const double median_s = median_step({run.time_s}), ratio = median_s / nominal_s;
   if (ratio > 100.0 || ratio < 0.01)
     throw Error(
-        fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s: is the unit of the time "
-                    "column s, ms, us or ns? set unit at the column with role = \"time\"",
+        fmt::format("{}: the median step is {:.6g} s, but the nominal sample period is {:.6g} s: is the unit of the "
+                    "time column s, ms, us or ns? set unit at the column with role = \"time\"",
                     log.path, median_s, nominal_s));
   if (run.grid.regular && !has_period(run.grid, nominal_s))
     note_once(notes,
-              fmt::format("{}: its stamps are regular at {:.6g} s, and the nominal sample period is {:.6g} s: {}",
+              fmt::format("{}: its stamps have the period {:.6g} s, but the nominal sample period is {:.6g} s: {}",
                           log.name, run.grid.period_s, nominal_s, set_period(run.grid.period_s)));
   else if (!run.grid.regular && (ratio > 1.05 || ratio < 0.95))
-    note_once(notes, fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s: {}", log.name,
-                                 median_s, nominal_s, set_period(median_s)));
+    note_once(notes, fmt::format("{}: the median step is {:.6g} s, but the nominal sample period is {:.6g} s: {}",
+                                 log.name, median_s, nominal_s, set_period(median_s)));
 }
 
 double nominal_period(const LogConfig& config, const LogRuns& runs) {

@@ -17,20 +17,19 @@ Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnCon
   Conversion units;
   if (!column.file_unit.empty() && column.unit.empty())
     fail_at(column, all,
-            fmt::format("file_unit = \"{}\" and no unit: also give unit, to which it is converted", column.file_unit));
+            fmt::format("file_unit = \"{}\" needs unit, to which it is converted: give unit too", column.file_unit));
   switch (compare_units(column.file_unit, column.unit, units)) {
     case UnitsAre::kTheSame:
     case UnitsAre::kConvertible:
       break;
     case UnitsAre::kOfDifferentKinds:
       fail_at(column, all,
-              fmt::format("file_unit = {} cannot become unit = {}: they are of different kinds",
+              fmt::format("file_unit = {} cannot be converted to unit = {}: they measure different kinds of quantities",
                           with_kind(column.file_unit), with_kind(column.unit)));
     case UnitsAre::kUnknown:
       fail_at(column, all,
-              fmt::format("file_unit = {} cannot become unit = {}: the table of units does not have both; write scale "
-                          "and offset in "
-                          "place of file_unit (value = scale * cell + offset)",
+              fmt::format("file_unit = {} cannot be converted to unit = {}: the table of units does not have both; "
+                          "write scale and offset instead of file_unit (value = scale * cell + offset)",
                           with_kind(column.file_unit), with_kind(column.unit)));
   }
   if (column.scale == 1.0 && column.offset == 0.0) return units;
@@ -40,20 +39,19 @@ Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnCon
 /// Returns the factor from the velocity of `source`, in its unit per second, to the unit of `column`.
 double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std::vector<ColumnConfig>& all) {
   if (column.scale != 1.0 || column.offset != 0.0)
-    fail_at(
-        column, all,
-        fmt::format("scale and offset are for columns with cells: set them at \"{}\", of which this is the derivative",
-                    source.name));
+    fail_at(column, all,
+            fmt::format("scale and offset are only for columns with cells: set them at \"{}\", of which this column is "
+                        "the derivative",
+                        source.name));
   if (!column.file_unit.empty()) return conversion_of(column, all).scale;
   const Unit *from = find_unit(source.unit), *to = find_unit(column.unit);
   if (from == nullptr || to == nullptr) return 1.0;
   const std::string_view kind = kind_of_rate(from->kind);
   if (kind.empty()) return 1.0;
   if (to->kind != kind)
-    fail_at(
-        column, all,
-        fmt::format("unit = {} cannot be the unit of the derivative of \"{}\", whose unit is {}: expected one of {}",
-                    with_kind(column.unit), source.name, with_kind(source.unit), kind));
+    fail_at(column, all,
+            fmt::format("unit = {} cannot be the unit of the derivative of \"{}\", which is in {}: expected one of {}",
+                        with_kind(column.unit), source.name, with_kind(source.unit), kind));
   return from->scale == to->scale ? 1.0 : from->scale / to->scale;
 }
 
@@ -69,8 +67,8 @@ const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<C
     if (heading_of(other) == wanted && other.derivative_of.empty()) return other;
   const std::string nearest = nearest_name(wanted, names);
   fail_at(column, all,
-          fmt::format("derivative_of = \"{}\" is not a listed column{} (list it, with role \"ignored\" if nothing else "
-                      "reads it: its wrap must be known)",
+          fmt::format("derivative_of = \"{}\" is not a listed column{} (list that column too, because its wrap must be "
+                      "known; give it the role \"ignored\" if nothing else reads it)",
                       wanted, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
 }
 
@@ -94,15 +92,19 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
     fail_at(column, all,
             "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
   if ((column.delay_s > 0.0 || column.find_delay) && column.role != ColumnRole::kInput)
-    fail_at(column, all,
-            "delay_s is for columns with role \"input\": remove it, or shift the column itself where a sensor is late");
+    fail_at(
+        column, all,
+        "delay_s is only for columns with role \"input\": remove it; if a sensor is late, shift its column in the log");
   if (column.period_s > 0.0 && column.role != ColumnRole::kOutput)
-    fail_at(column, all, "period_s is for columns with role \"output\": remove it; other columns may have empty cells");
+    fail_at(
+        column, all,
+        "period_s is only for columns with role \"output\": remove it; other columns may have empty cells without it");
   resolved.delay_s = column.delay_s;
   resolved.period_s = column.period_s;
   resolved.missing = column.missing;
   if (column.role == ColumnRole::kTime && !column.missing.empty())
-    fail_at(column, all, "missing is not for the time column, whose wrong stamps are left out anyway: remove it");
+    fail_at(column, all,
+            "missing is not needed at the time column, because wrong stamps are always left out: remove it");
   if (column.derivative_of.empty()) {
     if (column.role == ColumnRole::kTime && (column.scale != 1.0 || column.offset != 0.0 || !column.file_unit.empty()))
       fail_at(column, all, "scale, offset and file_unit are not for the time column: set its unit");
@@ -114,7 +116,7 @@ LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnCon
 
   if (column.role != ColumnRole::kState) fail_at(column, all, "derivative_of is for columns with role \"state\"");
   if (column.wrap > 0.0)
-    fail_at(column, all, "a derivative does not wrap: give the wrap to the column that it is derived from");
+    fail_at(column, all, "a derivative does not wrap: write wrap at the column from which it is derived");
   const ColumnConfig& source = derived_from(column, all);
   const Conversion cells = conversion_of(source, all);
   resolved.scale = cells.scale;

@@ -16,7 +16,7 @@ struct LogColumn {
   double wrap = 0.0;        ///< full turn of the values of `heading`; 0: not an angle
   bool derivative = false;  ///< true: the zero-phase velocity of these values, times `rate`
   bool sincos = false;      ///< true: two channels, NAME_sin and NAME_cos
-  double delay_s = 0.0;     ///< delay of an input: it acts this much later
+  double delay_s = 0.0;     ///< delay of an input [s]: the input acts this much later than logged
   double period_s = 0.0;    ///< period of an output that is slower than the rows; 0: measured in every row
   double scale = 1.0;       ///< value = scale * cell + offset
   double offset = 0.0;

@@ -51,18 +51,16 @@ void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& 
   }
   if (times_s.empty())
     throw Error(
-        fmt::format("{}: no run between its gaps can be used, the first because {}: raise [log] max_gap_s, or use "
-                    "a longer log",
+        fmt::format("{}: none of its runs between gaps can be used; the first cannot, because {}: raise [log] "
+                    "max_gap_s, or use a longer log",
                     log.path, why.empty() ? "it has one sample, or an output or input without a value" : why));
   data.uniform = data.uniform && nominal;
   report.files.push_back(report_time_stamps(log.name, times_s, data.sample_period_s));
   report.files.back().nominal = nominal;
   if (dropped > 0)
-    note_once(report.notes,
-              fmt::format(
-                  "{}: unusable, and dropped: {} of its {} runs, the first {} ({}); raise [log] max_gap_s to keep the "
-                  "log whole",
-                  log.name, dropped, runs.size(), first_dropped, why));
+    note_once(report.notes, fmt::format("{}: {} of its {} runs cannot be used and are dropped, the first is {} ({}); "
+                                        "raise [log] max_gap_s to keep the log whole",
+                                        log.name, dropped, runs.size(), first_dropped, why));
   std::erase_if(steps, [&](const SuspiciousSteps& each) { return is_under(impossible, *each.column); });
   note_suspicious_steps(steps, log.name, report.notes);
 }
@@ -74,10 +72,9 @@ void thin(Index every, Index phases, Dataset& data) {
   for (const Trajectory& run : data.trajectories)
     for (Index first = 0; first < phases; ++first) {
       if (run.samples() < first + every + 1)
-        throw Error(
-            fmt::format("{}: {} rows, and every = {} leaves fewer than two samples: use a longer log, or a "
-                        "smaller number",
-                        run.source, run.samples(), every));
+        throw Error(fmt::format(
+            "{}: has {} rows, of which every = {} leaves fewer than two samples: use a longer log, or a smaller number",
+            run.source, run.samples(), every));
       thinned_runs.push_back(run.from(first, every));
       if (first > 0) thinned_runs.back().source = fmt::format("{} from its row {}", run.source, first + 1);
     }
@@ -85,8 +82,8 @@ void thin(Index every, Index phases, Dataset& data) {
   data.sample_period_s *= static_cast<double>(every);
 }
 
-/// Returns the columns of the file that are not under `headings`, for further checks. Notes on a column with impossible
-/// values would only follow from these values.
+/// Returns the schema without the columns under `headings`, for further checks. These columns have impossible values,
+/// which would cause misleading notes.
 LogSchema without(LogSchema schema, const std::vector<std::string>& headings) {
   for (auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
     std::erase_if(*columns, [&](const LogColumn& column) { return is_under(headings, column); });
@@ -113,7 +110,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
           fmt::format("[[log.columns]] \"{}\": delay_s = \"estimate\" is for nlo train and nlo crossvalidate; "
                       "write the delay in seconds here",
                       column.name));
-  config.sample_period_s /= config.every;  // from here on the period of the rows
+  config.sample_period_s /= config.every;  // from here on it is the period of the rows
   std::vector<LogFile> logs;
   for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));
   Dataset data;
@@ -152,7 +149,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
     note_suspicious_columns(possible, logs, report.notes);
     note_logged_velocities(possible, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
   }
-  // One irregular run makes all irregular, because their steps share a table.
+  // If one run is irregular, all runs are treated as irregular, because their steps share a table.
   if (!data.uniform)
     for (TimeStampReport& file : report.files) file.nominal = false;
   thin(config.every, all_phases ? config.every : 1, data);
@@ -166,7 +163,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
 Dataset load_logs(const LogConfig& config, const std::string& directory, const std::vector<std::string>& files,
                   LogReport* report) {
   const std::vector<std::string> paths = expand_files(directory, files);
-  if (paths.empty()) throw Error("no logs are named: expected at least one file or glob");
+  if (paths.empty()) throw Error("no log is named: expected at least one file or glob");
   LogReport found;
   Dataset data = load(config, resolve_columns(config), paths, true, false, found);
   note_empty_cells(found.empty_cells, found.notes);

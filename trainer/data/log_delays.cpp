@@ -22,7 +22,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kLongest = 32.0;    // rows of a log; a delay is a few
+constexpr double kLongest = 32.0;    // longest delay of the search [rows]; usual delays are a few rows
 constexpr double kSureEnough = 0.5;  // largest standard deviation of a found delay, in rows
 
 /// Returns values at the increasing times wanted_s, by straight lines; beyond the ends the first and the last value.
@@ -91,8 +91,8 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
          split_at_gaps(log, config.max_gap_s > 0.0 ? config.max_gap_s : kGapPeriods * period_s, notes))
       runs.push_back(on_grid(log, run, period_s, measured, schema.inputs));
 
-  // If every n-th row is used, a command counts as if it had acted over n rows, which is earlier by half the time of
-  // the other rows.
+  // If every n-th row is used, a command counts as if it had acted over n rows. This is earlier by half the time of the
+  // other n - 1 rows.
   const double earlier = input_hold == Hold::kZeroOrder ? 0.5 * (config.every - 1) : 0.0;
   std::vector<double> angles, known;
   for (const LogColumn& column : measured) angles.push_back(column.wrap);
@@ -127,12 +127,12 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
 
 std::string to_text(const LogDelay& delay) {
   const std::string error =
-      fmt::format("+- {:.2g} rows; of a difference's variance {:.3g} % stay unexplained, {:.3g} % without a delay",
+      fmt::format("+- {:.2g} rows; with this delay {:.3g} % of the variance stay unexplained, without a delay {:.3g} %",
                   delay.found.deviation, 100.0 * delay.found.with, 100.0 * delay.found.without);
   if (delay.delay_s == 0.0)
-    return fmt::format("{} acts as its column says, no later ({:.3g} rows {})", delay.input, delay.found.samples,
+    return fmt::format("{} acts without a delay after its column ({:.3g} rows {})", delay.input, delay.found.samples,
                        error);
-  return fmt::format("{} acts {:.4g} s ({:.3g} samples of the observer) after its column says ({})", delay.input,
+  return fmt::format("{} acts {:.4g} s ({:.3g} samples of the observer) later than its column shows ({})", delay.input,
                      delay.delay_s, delay.samples(), error);
 }
 

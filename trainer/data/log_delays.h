@@ -2,7 +2,7 @@
 // Inputs that act later than their column says: [[log.columns]] delay_s. The log reader converts u to the acting input,
 //   u_acting(t) = u(t - delay_s)
 // by straight lines between samples. Before the first sample of a run the first value holds. For a command that is held
-// over a period and late by a part of it, this is its mean over each period.
+// over each period and delayed by a part of a period, this is its mean over each period.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,15 +27,15 @@ struct LogDelay {
 };
 
 /// Finds the delay of each column with find_delay in the training logs, and writes it into the column. An input that
-/// acts earlier than its column says gets the delay 0. Without such columns no log is read.
+/// acts earlier than its column shows gets the delay 0. Without such columns no log is read.
 ///   directory   folder of the logs
 ///   input_hold  [observer] input_hold, the time at which the u of a sample acts
 /// Throws codegen::Error as load_logs does, and with the column's name if the logs do not determine a delay to half a
 /// row.
 std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& directory, Hold input_hold);
 
-/// Returns one line for readers: "u acts 0.0125 s (2.5 samples of the observer) after its column says (+- 0.02 rows;
-/// ...)".
+/// Returns one line for readers: "u acts 0.0125 s (2.5 samples of the observer) later than its column shows (+- 0.02
+/// rows; ...)".
 std::string to_text(const LogDelay& delay);
 
 /// Returns the required delay of each input in flight, in samples: "u 2.5"; empty if no input is delayed.

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 void read_time(const CsvTable& table, const LogSchema& schema, double sample_period_s, LogFile& log,
                std::vector<Index>& rows) {
   if (table.rows() < 2)
-    throw Error(fmt::format("{}: one data row: expected a log of at least two samples", table.file()));
+    throw Error(fmt::format("{}: has only one data row: expected a log of at least two samples", table.file()));
   if (schema.time_heading.empty()) {
     log.time_s = VectorXd::LinSpaced(table.rows(), 0.0, sample_period_s * static_cast<double>(table.rows() - 1));
     rows.resize(static_cast<std::size_t>(table.rows()));
@@ -40,7 +40,7 @@ void read_time(const CsvTable& table, const LogSchema& schema, double sample_per
   rows = std::move(stamps.rows);
 }
 
-/// Keeps the rows of a column that its clock keeps, and updates its missing rows.
+/// Removes the rows that the clock has removed from a column, and updates its missing rows.
 void keep_rows(const std::vector<Index>& rows, VectorXd& values, std::vector<Index>& missing) {
   if (static_cast<Index>(rows.size()) == values.size()) return;
   std::vector<Index> still;
@@ -177,14 +177,13 @@ std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vec
     runs.push_back(std::move(run));
   }
   if (late > 0)
-    notes.push_back(
-        fmt::format("{}: {} rows at the start of runs are left out, because an output or an input has no value yet",
-                    log.name, late));
+    notes.push_back(fmt::format(
+        "{}: {} rows at the start of runs are left out, because an output or an input does not have a value yet",
+        log.name, late));
   if (gaps > 0)
     notes.push_back(
-        fmt::format("{}:{}: a gap of {:.4g} s, the longest of {}: the log is split into {} "
-                    "runs, each from a fresh start{} (a longer [log] max_gap_s, now {:.4g} s, keeps it "
-                    "whole)",
+        fmt::format("{}:{}: a gap of {:.4g} s, the longest of {}: the log is split into {} runs, and the observer "
+                    "starts again in each{} (a longer [log] max_gap_s, now {:.4g} s, keeps it whole)",
                     log.name, log.lines[static_cast<std::size_t>(longest)], step_s(longest), gaps, count,
                     single == 0 ? "" : fmt::format("; {} of at most one sample are dropped", single), max_gap_s));
   return runs;

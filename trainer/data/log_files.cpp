@@ -60,7 +60,7 @@ std::vector<std::string> matches(const std::string& pattern) {
 
 std::vector<std::string> expand_files(const std::string& directory, const std::vector<std::string>& patterns) {
   if (!directory.empty() && !fs::is_directory(directory))
-    throw Error(fmt::format("{}: no such directory: expected the logs there (--data DIR)", directory));
+    throw Error(fmt::format("{}: no such directory: give the directory of the logs (--data DIR)", directory));
   std::vector<std::string> files;
   for (const std::string& pattern : patterns) {
     const bool relative = !directory.empty() && !pattern.starts_with('/');
@@ -80,8 +80,7 @@ std::vector<std::string> expand_files(const std::string& directory, const std::v
 }
 
 SplitFiles expand_splits(const LogConfig& config, const std::string& directory) {
-  if (config.train_files.empty())
-    throw Error("[log]: train_files names no file: expected at least one log to train on");
+  if (config.train_files.empty()) throw Error("[log] train_files names no file: expected at least one training log");
   SplitFiles splits{expand_files(directory, config.train_files), expand_files(directory, config.validation_files),
                     expand_files(directory, config.test_files)};
   struct Place {
@@ -95,8 +94,8 @@ SplitFiles expand_splits(const LogConfig& config, const std::string& directory) 
       if (is_new || std::string_view(first->second.split) == split) continue;
       const std::string what =
           first->second.file == file ? "" : fmt::format(" (as {}, with the same bytes)", first->second.file);
-      throw Error(
-          fmt::format("{}: is in {} and in {}{}: a log belongs to one split", file, first->second.split, split, what));
+      throw Error(fmt::format("{}: is in {} and in {}{}: list each log in only one split", file, first->second.split,
+                              split, what));
     }
   };
   enter("train_files", splits.train);
@@ -130,12 +129,13 @@ Dataset started_at(const Dataset& logs, const std::vector<double>& from_s) {
   for (const double start_s : from_s) {
     if (!(start_s >= 0.0))
       throw codegen::Error(
-          fmt::format("--from {}: a start must not be before a log's first sample", shortest_text(start_s)));
+          fmt::format("--from {}: a start must not be negative, which is before the first sample of a log",
+                      shortest_text(start_s)));
     bool any = false;
     double longest_s = 0.0;
     for (const Trajectory& run : logs.trajectories) {
       const double* end = run.time_s.data() + run.samples();
-      // A start that equals a sample up to the rounding of stamps is that sample.
+      // A start that differs from a sample only by the rounding of stamps is that sample.
       const double at_s = run.time_s(0) + start_s - 1e-6 * logs.sample_period_s;
       const Eigen::Index first = std::lower_bound(run.time_s.data(), end, at_s) - run.time_s.data();
       longest_s = std::max(longest_s, run.time_s(run.samples() - 1) - run.time_s(0));
@@ -217,14 +217,16 @@ std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const st
       } else if (std::regex_search(name, match, regex)) {
         groups[match[match.size() > 1 ? 1 : 0].str()].push_back(file);
       } else {
-        throw codegen::Error(fmt::format("{} {}: finds nothing in \"{}\"; write a pattern that every log's name has",
-                                         key, pattern, name));
+        throw codegen::Error(
+            fmt::format("{} {}: finds nothing in \"{}\"; write a pattern that matches a part of every log's name", key,
+                        pattern, name));
       }
     }
   } catch (const std::regex_error& error) {
     if (error.code() == std::regex_constants::error_space || error.code() == std::regex_constants::error_complexity)
-      throw codegen::Error(fmt::format(
-          "{} {}: is too large a pattern, or refers back (\\1); write for example \"^[a-z]+\"", key, pattern));
+      throw codegen::Error(
+          fmt::format("{} {}: the pattern is too large, or has a back reference (\\1); write for example \"^[a-z]+\"",
+                      key, pattern));
     throw codegen::Error(
         fmt::format("{} {}: is not a regular expression; write for example \"^[a-z]+\"", key, pattern));
   }

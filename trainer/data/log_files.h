@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Finds the files of a run: names and globs below a directory, expanded and sorted, split into training, validation and
-// test by file. Neighbouring samples of one log are nearly copies, so a log in two splits would be tested on its own
-// training data. Also starts logs in their middle, because an observer may be switched on at any time. Also groups logs
-// that are alike, so that they are left out together.
+// test by file. Neighbouring samples of one log are nearly equal, so a log in two splits would be tested on its own
+// training data. The file also has functions to start logs in their middle, because an observer may be switched on at
+// any time, and to group similar logs, so that they are left out together.
 #pragma once
 
 #include <string>
@@ -43,18 +43,18 @@ struct LogGroup {
 /// Returns the last part of a path.
 std::string file_name(const std::string& path);
 
-/// Returns the kind of a log by its file name: the name without extension, without a counter at its end and without one
-/// before its first separator. "rubber_07.csv" is of the kind "rubber", "01_fast_A.csv" of "fast_A", "0degC_Mixed2.csv"
-/// of "0degC_Mixed".
+/// Returns the kind of a log from its file name: the name without its extension, without a counter at its end, and
+/// without a counter before its first separator. "rubber_07.csv" is of the kind "rubber", "01_fast_A.csv" of "fast_A",
+/// "0degC_Mixed2.csv" of "0degC_Mixed".
 std::string log_kind(const std::string& name);
 
-/// Distributes groups over `folds` sets that are left out in turn, and returns the set of each group. A kind with at
-/// most half of the groups is left out whole, so that the set shows the errors on a kind that a training has not seen.
-/// A kind with more groups is distributed over all sets, because without it too little would be left to train on.
-/// Neighbours by name, which are often similar, get into different sets.
+/// Distributes groups over `folds` sets that are left out in turn, and returns the set of each group. All groups of a
+/// kind that has at most half of the groups are in one set, so that the set shows the errors on a kind that a training
+/// has not seen. A kind with more groups is distributed over all sets, because without it too little training data
+/// would be left. Groups with neighbouring names, which are often similar, are in different sets.
 std::vector<std::size_t> deal_groups(const std::vector<LogGroup>& groups, std::size_t folds);
 
-/// Returns one group for each text that the regular expression `pattern` finds in the file names (its first group, or
+/// Returns one group for each text that the regular expression `pattern` finds in the file names (the first capture, or
 /// the whole match), sorted by that text; each of these groups is a kind. Without a pattern, returns one group for each
 /// file. `key`: the option or key with the pattern, for messages. Throws codegen::Error for a pattern that is wrong,
 /// too large, or finds nothing in a name.

@@ -34,7 +34,7 @@ struct Signal {
   double step(Index k) const { return x[k] - x[k - 1]; }
 };
 
-/// The origin of the samples of all runs.
+/// File and row of each sample of all runs.
 struct Samples {
   std::vector<const LogFile*> files;
   std::vector<Index> rows;     ///< row in its file
@@ -85,7 +85,7 @@ std::vector<double> as_list(const VectorXd& values) {
   return {values.begin(), values.end()};
 }
 
-/// Returns true if jumps have many sizes. Those of a square wave have one size despite noise.
+/// Returns true if jumps have many sizes. The jumps of a square wave have one size despite noise.
 bool has_many_sizes(const VectorXd& sizes) {
   constexpr double kSpread = 0.2;
   const std::vector<double> values = as_list(sizes);
@@ -120,8 +120,8 @@ double half_turn_in(const std::string& unit) {
   return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;
 }
 
-/// Returns the usual full turn that equals the size of the jumps; for integers any number. The velocity of a bouncing
-/// ball also jumps from end to end, but by another size.
+/// Returns the usual full turn that equals the size of the jumps; integers may have any full turn. The velocity of a
+/// bouncing ball also jumps from end to end of its range, but not by a usual full turn.
 std::optional<double> full_turn_near(double turn, bool is_whole) {
   constexpr double kNear = 0.02;
   constexpr auto kUsual =
@@ -179,7 +179,7 @@ void note_wraps(const Samples& samples, const Signal& signal, Notes& notes) {
   const auto wraps = half_turn > 0.0 ? wraps_by_unit(samples, signal, half_turn) : wraps_by_motion(samples, signal);
   if (!wraps) return;
   notes.push_back(fmt::format(
-      "{}: \"{}\" jumps from {:.4g} to {:.4g}{}: {} that wraps? write wrap = {} and encoding = \"sincos\" at the "
+      "{}: \"{}\" jumps from {:.4g} to {:.4g}{}: is it {} that wraps? write wrap = {} and encoding = \"sincos\" at the "
       "column",
       samples.place(wraps->first), signal.column->heading, signal.x[wraps->first - 1], signal.x[wraps->first],
       how_many(wraps->rows), half_turn > 0.0 ? "an angle" : "an angle or a counter", show_wrap(wraps->turn)));
@@ -277,12 +277,11 @@ void note_quaternions(const Samples& samples, const std::vector<Signal>& signals
   for (const Jumps& here : jumps)
     if (here.are_of(is_found) && is_flip(here) && rows++ == 0) first = here.row;
   const Signal& signal = *found.front();
-  notes.push_back(
-      fmt::format("{}: {} {} the sign, {:.3g} to {:.3g}{}: a quaternion, whose q and -q are one attitude? use elements "
-                  "of its rotation "
-                  "matrix instead, in the log{}: 1 - 2 (q_y^2 + q_z^2), 2 (q_x q_y + q_w q_z), ...",
-                  samples.place(first), quoted(found), found.size() == 1 ? "changes" : "change", signal.x[first - 1],
-                  signal.x[first], how_many(rows), are_measured ? " and in flight" : ""));
+  notes.push_back(fmt::format(
+      "{}: {} {} the sign, {:.3g} to {:.3g}{}: is it a quaternion, for which q and -q are the same attitude? use "
+      "elements of its rotation matrix instead, in the log{}: 1 - 2 (q_y^2 + q_z^2), 2 (q_x q_y + q_w q_z), ...",
+      samples.place(first), quoted(found), found.size() == 1 ? "changes" : "change", signal.x[first - 1],
+      signal.x[first], how_many(rows), are_measured ? " and in flight" : ""));
 }
 
 void note_changed_places(const Samples& samples, const std::vector<Signal>& signals, const std::vector<Jumps>& jumps,
@@ -290,7 +289,7 @@ void note_changed_places(const Samples& samples, const std::vector<Signal>& sign
   constexpr double kSame = 0.1, kAtRest = 0.05;
   const std::vector<std::size_t> all = count_jumps(jumps, signals.size());
   std::vector<std::size_t> changes(signals.size(), 0), moving(signals.size(), 0), partner(signals.size(), 0);
-  /// Returns the signal that had the value of i before; signals.size(): none.
+  /// Returns the signal whose previous value signal i has now; signals.size(): none.
   const auto from = [&](const Jumps& here, std::size_t i) {
     const Signal& s = signals[i];
     for (const std::size_t other : here.signals)
@@ -309,7 +308,7 @@ void note_changed_places(const Samples& samples, const std::vector<Signal>& sign
       const Signal& s = signals[i];
       ++changes[i];
       partner[i] = from(here, i);
-      // A current that moves from one phase to the next leaves 0 behind.
+      // When a motor commutates, the current moves to the next phase and leaves 0, which is not an exchange.
       if (std::abs(s.x[here.row]) > kAtRest * s.range && std::abs(s.x[here.row - 1]) > kAtRest * s.range) ++moving[i];
     }
   }
@@ -328,8 +327,8 @@ void note_changed_places(const Samples& samples, const std::vector<Signal>& sign
   for (const Jumps& here : jumps)
     if (here.are_of(is_found) && is_change(here) && rows++ == 0) first = here.row;
   notes.push_back(
-      fmt::format("{}: {} change places{}: a list whose order changes, as in a JointState? write each value under its "
-                  "own name in the log",
+      fmt::format("{}: {} change places{}: does the order of a list change, as in a JointState? write each value under "
+                  "its own name in the log",
                   samples.place(first), quoted(found), how_many(rows)));
 }
 

@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// Checks outputs and states, each group by itself. Columns with a wrap and derivatives are left out. Adds a note for
+/// Checks the outputs, then the states. Columns with a wrap and derivatives are left out. Adds a note for
 ///   an angle        a column that jumps from end to end of its range while it moves the other way, at least twice, by
 ///   a usual full turn (2 pi, 360, 1, counts); if its unit is rad or deg, any jump of half a turn
 ///   a quaternion    columns that jump to their opposite: with a constant norm; or two in the same rows, at least

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Errors of estimates on logs: RMSE per state over windows of time, because a rig at rest dilutes the error over the
-// whole log, and the transient hides the rest. Angles are compared the shorter way round; masked samples do not count.
+// Errors of estimates on logs: RMSE per state over windows of time, because time at rest makes the error over the whole
+// log small, and the transient makes it large. Angles are compared the shorter way round; masked samples do not count.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,8 +31,8 @@ struct LogMetrics {
 };
 
 /// Returns the errors of `estimates` (n_x x N each, one per trajectory). After the states come the angles of
-/// `angle_pairs` (LogSchema::angle_pairs), by atan2. Time counts from the first sample of a log. Throws codegen::Error
-/// if a shape is wrong.
+/// `angle_pairs` (LogSchema::angle_pairs), by atan2. Windows count the time from the first sample of a log. Throws
+/// codegen::Error if a shape is wrong.
 LogMetrics log_metrics(const Dataset& data, const std::vector<Eigen::MatrixXd>& estimates,
                        const std::vector<AnglePair>& angle_pairs = {}, const EvaluationWindows& windows = whole_run());
 

@@ -89,9 +89,8 @@ void note_outliers(const LogSchema& schema, const std::vector<LogFile>& logs, st
     while (after + 1 < signal->size() && !usual.has((*signal)[after])) ++after;
     const std::string unit = state.unit.empty() || state.derivative ? "" : " " + state.unit;
     notes.push_back(fmt::format(
-        "{}:{}: \"{}\" is {:.4g}{}, and {:.4g} before and {:.4g} after{}: an outlier, which an observer would learn as "
-        "truth; "
-        "correct it, or leave the cell empty, so that the row is not scored",
+        "{}:{}: \"{}\" is {:.4g}{}, but {:.4g} before and {:.4g} after{}: an outlier, which an observer would learn as "
+        "truth; correct it, or leave the cell empty, so that the row is not scored",
         where->name, where->lines[static_cast<std::size_t>(row)], state.heading, (*signal)[row], unit,
         (*signal)[before], (*signal)[after], rows == 1 ? "" : fmt::format(" (the farthest of {} such rows)", rows)));
   }

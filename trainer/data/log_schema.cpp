@@ -27,7 +27,8 @@ double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConf
 void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.role != ColumnRole::kOutput)
     fail_at(column, all,
-            "an expression is for a column with role \"output\": the observer computes it from its measurements");
+            "expression is only for columns with role \"output\", which the observer computes from its measurements: "
+            "remove it, or change the role");
   const char* other = heading_of(column) != column.name ? "column"
                       : !column.derivative_of.empty()   ? "derivative_of"
                       : !column.file_unit.empty()       ? "file_unit"
@@ -40,8 +41,8 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                                                         : nullptr;
   if (other != nullptr)
     fail_at(column, all,
-            fmt::format("{} describes a column of the file, but an expression computes this one from others: remove "
-                        "{}, or the expression",
+            fmt::format("{} describes a column of the file, but this column is computed by an expression: remove {}, "
+                        "or the expression",
                         other, other));
 }
 
@@ -61,7 +62,7 @@ void append_computed(const LogConfig& config, LogSchema& schema) {
     }
   }
   if (measured == 0 && !columns.empty())
-    fail_at(*columns.front(), config.columns, "there is no output that is measured: list one");
+    fail_at(*columns.front(), config.columns, "all outputs are computed, but at least one must be measured: list one");
 }
 
 void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
@@ -110,8 +111,8 @@ void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) 
     for (const Channel& channel : *channels)
       if (!taken.insert(channel.name).second)
         throw KeyError(key_of(channel.name, all),
-                       fmt::format("[[log.columns]] \"{}\": the name is used twice: list a column that is both output "
-                                   "and state twice, under two names and with the same `column`",
+                       fmt::format("[[log.columns]] \"{}\": the name is used twice: if a column is both output and "
+                                   "state, list it twice, with two names and the same `column`",
                                    channel.name));
 }
 
@@ -119,10 +120,9 @@ void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) 
 
 CsvFormat format_of(const LogConfig& config) {
   if (config.separator == "," && config.decimal == ",")
-    throw KeyError(
-        "log.decimal",
-        "[log] decimal = \",\": a comma separates the cells already; set separator, which is \";\" in most logs "
-        "with decimal commas");
+    throw KeyError("log.decimal",
+                   "[log] decimal = \",\", but a comma also separates the cells: set separator, which is \";\" in most "
+                   "logs with decimal commas");
   const char separator = config.separator == "tab" ? '\t' : config.separator == "space" ? ' ' : config.separator[0];
   return {separator, config.decimal[0]};
 }
@@ -155,7 +155,7 @@ LogSchema resolve_columns(const LogConfig& config) {
         break;
       case ColumnRole::kInput:
         if (resolved.wrap > 0.0)
-          fail_at(column, config.columns, "an input is not unwrapped, so it cannot be an angle: leave wrap out");
+          fail_at(column, config.columns, "an input cannot be an angle, because inputs are not unwrapped: remove wrap");
         schema.inputs.push_back(resolved);
         append_channels(resolved, schema.input_channels);
         break;

@@ -42,7 +42,7 @@ Readings read_clock_texts(const CsvTable& table, const std::string& heading) {
     if (row == 0 && clock) read.has_date = clock->has_date, first_day = clock->day;
     if (!clock || clock->has_date != read.has_date)
       throw Error(fmt::format(
-          "{}:{}:{}: \"{}\" is not a time in the form of the first one, \"{}\": correct the row or delete it",
+          "{}:{}:{}: \"{}\" is not a time in the format of the first one, \"{}\": correct the row or delete it",
           table.file(), table.line(row), ascii(heading), ascii(cell.substr(0, 40)),
           ascii(cells.front().substr(0, 40))));
     read.stamps[row] = kDay_s * static_cast<double>(clock->day - first_day) + clock->seconds;
@@ -58,7 +58,7 @@ Readings read_clock(const CsvTable& table, const std::string& heading) {
   } catch (const Error& error) {
     if (first.find(':') == std::string_view::npos) throw;
     throw Error(
-        fmt::format("{}; a time is written in seconds, as 10:11:12.345 or as 2026-11-20T10:11:12.345Z", error.what()));
+        fmt::format("{}; write times in seconds, or as 10:11:12.345, or as 2026-11-20T10:11:12.345Z", error.what()));
   }
 }
 
@@ -173,16 +173,15 @@ class Cleaner {
       const auto falls =
           time_.size() - 1 -
           (read_.stamps.tail(time_.size() - 1).array() > read_.stamps.head(time_.size() - 1).array()).count();
-      throw Error(
-          fmt::format("{}:{}:{}: time does not increase in {} of {} steps, here from {} to {}: is this the "
-                      "clock of these rows? {}",
-                      table_.file(), table_.line(first), ascii(heading_), falls, time_.size() - 1, cell(first - 1),
-                      cell(first), fix));
+      throw Error(fmt::format(
+          "{}:{}:{}: time does not increase in {} of {} steps, here from {} to {}: is this column the clock? {}",
+          table_.file(), table_.line(first), ascii(heading_), falls, time_.size() - 1, cell(first - 1), cell(first),
+          fix));
     }
     if (static_cast<double>(with_other_readings_) > kMostRepeated * steps)
       throw Error(fmt::format(
-          "{}:{}:{}: {:.0f} % of the rows have other readings at the stamp of the row before: the "
-          "clock is too coarse for them; {}",
+          "{}:{}:{}: {:.0f} % of the rows have the stamp of the row before but other readings, so the clock is too "
+          "coarse; {}",
           table_.file(), table_.line(repeated_.front()), ascii(heading_), 100.0 * with_other_readings_ / steps, fix));
   }
 
@@ -191,9 +190,8 @@ class Cleaner {
       const Index row = result.rows[static_cast<std::size_t>(result.restarts.front())];
       const std::size_t count = result.restarts.size();
       result.notes.push_back(
-          fmt::format("{}: the clock goes back, {} follows {}: a new run begins there{}; nothing to do, unless it is "
-                      "one run with a "
-                      "wrong clock: then leave the time column out and write [log] sample_period_s",
+          fmt::format("{}: the clock goes back ({} follows {}), so a new run begins there{}. If it is one run with a "
+                      "wrong clock, leave the time column out and write [log] sample_period_s",
                       place(row), cell(row), cell(row - 1),
                       count == 1 ? "" : fmt::format(" (the first of {} such places)", count)));
     }
@@ -203,8 +201,8 @@ class Cleaner {
           cell(wrong_.front()), wrong_.size() == 1 ? "" : fmt::format(" (the first of {} such rows)", wrong_.size())));
     if (!repeated_.empty())
       result.notes.push_back(
-          fmt::format("{}: the stamp {} is that of the row before: the first row is kept{}", place(repeated_.front()),
-                      cell(repeated_.front()),
+          fmt::format("{}: the stamp {} equals that of the row before: only the first of these rows is kept{}",
+                      place(repeated_.front()), cell(repeated_.front()),
                       repeated_.size() == 1 ? "" : fmt::format(" (the first of {} such rows)", repeated_.size())));
   }
 

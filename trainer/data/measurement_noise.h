@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Strict measurement noise for evaluation: y_k = h(x_k) + v_k, one independent draw per sample and channel. A plain
-// scalar generator that anyone can implement from this description; training has a faster one of its own.
+// Strict measurement noise for evaluation: y_k = h(x_k) + v_k, one independent draw per sample and channel. It uses a
+// simple scalar generator that anyone can implement from this description; training uses its own, faster generator.
 //
 // Run i of a test with seed s draws from std::mt19937_64 seeded by mix(s, i) (two rounds of SplitMix64), sensor by
 // sensor within a sample, sample after sample. A sensor without noise draws nothing:

@@ -23,9 +23,9 @@ struct Mirror {
   float of_state(std::size_t row) const { return states[row] ? -1.0F : 1.0F; }
 };
 
-/// Returns the mirror for the channels `odd`, which change their sign; Mirror::none() if it is empty. NAME also stands
-/// for an angle given as NAME_sin and NAME_cos, of which only the sine changes. Names that are not among the channels
-/// (a state that is not estimated) are ignored.
+/// Returns the mirror for the channels `odd`, which change their sign; Mirror::none() if it is empty. NAME may also be
+/// an angle with the channels NAME_sin and NAME_cos; then only the sine changes its sign. Names that are not among the
+/// channels (a state that is not estimated) are ignored.
 Mirror mirror_of(const std::vector<std::string>& odd, const std::vector<codegen::Channel>& readings,
                  const std::vector<codegen::Channel>& states);
 

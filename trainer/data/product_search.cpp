@@ -23,14 +23,14 @@ constexpr double kRidge = 1e-4;              // relative to the power of each fe
 constexpr double kAverages[] = {5.0, 25.0};  // time constants [samples]
 constexpr Index kOf = 3;                     // features of each channel: the channel and its two averages
 constexpr double kLeastGain = 0.05;
-constexpr double kNothing = 0.005;            // an error of this share of a deviation is negligible
+constexpr double kNothing = 0.005;            // errors below this share of a state's deviation are negligible
 constexpr double kMostLogsShare = 2.0 / 3.0;  // share of the logs that must improve
 constexpr std::size_t kMostProducts = 3, kMostChannels = 16;
 
 /// Normal equations of one log over all features: those of channels, then those of products.
 struct LogSums {
   MatrixXd gram, cross;  // n x n, n x n_x
-  VectorXd squares;      // n_x: of the states
+  VectorXd squares;      // n_x: sums of squares of the states
   double weight = 0.0;
 };
 

@@ -18,7 +18,7 @@ struct FoundProduct {
   double gain = 0.0;             ///< typical relative reduction of the error on left-out logs, over states and logs
 };
 
-/// With fewer logs there is no decision.
+/// Fewest logs for a decision.
 inline constexpr std::size_t kFewestProductLogs = 3;
 
 /// Considers products of two measured outputs, or of an output and an input, without channels that wrap. Returns none

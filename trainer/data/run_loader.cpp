@@ -47,12 +47,13 @@ class RunLoader {
       mask_empty_states(result.weight);
       if (result.weight.sum() == 0.0 && weights().sum() > 0.0)
         throw Error(
-            "no row has a value of every state (away from the ends, where a state is a velocity): use a log with the "
-            "truth in it");
+            "no row has a value of every state (rows near the ends do not count if a state is a velocity): use a log "
+            "that contains the truth");
     }
     if (result.weight.sum() == 0.0)
-      throw Error(fmt::format("{:.3g} s long, all of it within mask_edges_s = {} s of its ends: use a longer log",
-                              time_s_[run_.rows - 1], config_.velocity_filter.mask_edges_s));
+      throw Error(
+          fmt::format("{:.3g} s long, so every sample is within mask_edges_s = {} s of an end: use a longer log",
+                      time_s_[run_.rows - 1], config_.velocity_filter.mask_edges_s));
     return result;
   }
 
@@ -129,7 +130,9 @@ class RunLoader {
       for (const Index row : empty_rows(log_, run_, mask.heading)) weight[row] = 0.0;
     }
     if (!schema_.masks.empty() && weight.sum() == 0.0)
-      throw Error("no row is left whose truth counts by the columns with role \"mask\": use a log where one does");
+      throw Error(
+          "the columns with role \"mask\" exclude the truth of every row: use a log in which the truth of some rows "
+          "counts");
   }
 
   VectorXd weights() const {

@@ -70,8 +70,9 @@ TimeGrid fit_time_grid(const VectorXd& time_s, double resolution_s) {
   grid.period_s = rest.dot(count) / count.squaredNorm();
   rest -= grid.period_s * count;
   grid.deviation_s = rest.cwiseAbs().maxCoeff();
-  // Rounding spreads the residual over one resolution. If it is not random (7.5 ms printed in ms: ties), it tilts the
-  // fit by up to 1.5 resolutions over the log. Stamps coarser than half a period cannot show a missing sample.
+  // Rounding spreads the residual over one resolution. If the rounding is not random (for example 7.5 ms printed in
+  // ms), it tilts the fitted line by up to 1.5 resolutions over the log. Stamps coarser than half a period cannot show
+  // a missing sample.
   grid.rounded = resolution_s > 0.0 && resolution_s <= 0.5 * grid.period_s &&
                  rest.maxCoeff() - rest.minCoeff() <= 1.5 * resolution_s;
   grid.regular = grid.rounded || grid.deviation_s <= kRegularJitter * grid.period_s;

@@ -112,8 +112,8 @@ void note_rows_of_training(const TrainingLogs& training, const std::vector<LogCo
     for (const TrainingLogs::Log& log : training.logs)
       if (const double share = share_found(log.sketch, content.windows); share > 0.0)
         notes.push_back(
-            fmt::format("{}: trained this model: it holds about {:.0f} % of the training log {}, so its "
-                        "errors here are those of training; evaluate on a log that training has not seen",
+            fmt::format("{}: it contains about {:.0f} % of the training log {} of this model, so its errors here are "
+                        "training errors; evaluate on a log that training has not seen",
                         content.name, 100.0 * share, log.name));
 }
 
@@ -140,7 +140,7 @@ void note_outputs_beyond(const TrainingLogs& training, const Dataset& logs, std:
     notes.push_back(
         fmt::format("{}: output \"{}\" leaves its training range, {:.4g} to {:.4g}{}, by up to {:.3g}{}; "
                     "{:.3g} % of the samples of these logs are outside: unless T* reads it only as z - y, "
-                    "estimates there are extrapolated; train on logs that go as far",
+                    "estimates there are extrapolated; train on logs that cover this range",
                     where, range.output, range.low, range.high, unit, worst, unit,
                     100.0 * static_cast<double>(outside) / static_cast<double>(samples)));
   }
@@ -201,7 +201,7 @@ void note_shared_rows(const std::vector<LogContent>& training, const std::vector
       if (const double share = share_found(log.windows, trained.windows); share > 0.0)
         notes.push_back(
             fmt::format("{}: {:.3g} % of its moving rows are also in the training log {}: it is a copy or a part of "
-                        "it, so its errors are those of training; remove it from {}_files",
+                        "that log, so its errors are training errors; remove it from {}_files",
                         log.name, 100.0 * share, trained.name, split));
 }
 

@@ -33,8 +33,8 @@ void drop_transient(Dataset& dataset, double transient_s) {
     run.first_estimate = std::max(run.first_estimate, static_cast<Eigen::Index>(dropped.count()));
     if (run.weight.maxCoeff() > 0.0) continue;
     throw codegen::Error(
-        fmt::format("{}: transient = \"drop\" leaves no sample of its {:.4g} s, as the transient lasts {:.4g} s; use "
-                    "faster eigenvalues, a smaller transient_factor or longer runs",
+        fmt::format("{}: transient = \"drop\" leaves no sample, because the run lasts {:.4g} s and the transient "
+                    "{:.4g} s; use faster eigenvalues, a smaller transient_factor or longer runs",
                     run.source, since_start.maxCoeff(), transient_s));
   }
 }

@@ -17,8 +17,8 @@ constexpr double kGravity = 9.80665;  // standard, m/s^2
 constexpr double kInch = 0.0254, kFoot = 0.3048, kMile = 1609.344, kNauticalMile = 1852.0;
 constexpr double kPound = 0.45359237;
 
-// Left out because they mean two things: "C" (coulomb, Celsius), "mg" (milligram, a thousandth of g), "F", "h" of
-// Planck ...
+// Ambiguous names are left out: "C" (coulomb, Celsius), "mg" (milligram, a thousandth of g), "F" (farad, Fahrenheit)
+// ...
 constexpr Unit kUnits[] = {
     {"1", "ratio"},
     {"%", "ratio", 1e-2},

@@ -58,7 +58,10 @@ std::vector<FilterSection> butterworth_lowpass(int order, double cutoff_hz, doub
 Eigen::VectorXd filter_zero_phase(const std::vector<FilterSection>& sections, const Eigen::VectorXd& x) {
   const Eigen::Index n = x.size(), pad = extension_length(sections);
   if (n <= pad)
-    throw Error(fmt::format("velocity filter: {} samples are too few: this order needs more than {}", n, pad));
+    throw Error(
+        fmt::format("velocity filter: {} samples are too few, because this order needs more than {}: use a longer log "
+                    "or a lower order",
+                    n, pad));
   Eigen::VectorXd y(n + 2 * pad);
   y.segment(pad, n) = x;
   y.head(pad) = 2.0 * x[0] - x.segment(1, pad).reverse().array();

@@ -12,22 +12,22 @@
 namespace nlo::trainer {
 namespace {
 
-/// Random numbers for eight lanes. Uniform and normal numbers are drawn in pairs; the rest of a pair is only used for
-/// its own kind.
+/// Random numbers for eight lanes. Uniform and normal numbers are drawn in pairs; the second number of a pair is only
+/// used for the same kind.
 class LaneNumbers final : public NoiseNumbers<LaneValue> {
  public:
   explicit LaneNumbers(std::uint64_t stream) : random_(stream) {}
 
   LaneValue uniform() override { return next(Pair::kUniform); }
   LaneValue normal() override { return next(Pair::kNormal); }
-  /// Fills from the last to the first. The figures of trained models depend on this order.
+  /// Fills the numbers from the last to the first. The results of trained models depend on this order.
   void normals(std::span<LaneValue> all) override {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
   }
   /// Draws all numbers of that kind, one after another.
   void draw_series(const NoiseRow& kind, int shape, std::span<LaneValue> all) {
-    if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // most frequent, a third of the time
+    if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // fast path, because most noise is Gaussian
     for (LaneValue& each : all) each = kind.draw_lanes(*this, shape);
   }
   /// Returns numbers in [0, 1).
@@ -78,7 +78,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
 };
 static_assert(kGroup == kNoiseLanes);
 
-/// Sets v to the bias, plus an outlier in its share of the lanes.
+/// Sets v to the bias, plus an outlier in a random share of the lanes.
 void add_outliers(const SensorNoise& own, const float* outlier, LaneNumbers& random, const float* bias, float* v) {
   std::copy_n(bias, kGroup, v);
   float draw[kGroup];
@@ -351,7 +351,7 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     std::array<LaneValue, 128> series;
-    // The numbers of outliers and of the noise are drawn alternately.
+    // With outliers, their numbers and those of the noise are drawn alternately.
     const int together = own.outlier_share > 0.0 ? 1 : static_cast<int>(series.size());
     // v(i) is added to sample t + i.
     using Lanes = simd::Pack<float, kGroup>;

@@ -20,8 +20,8 @@ class Rollout {
   explicit Rollout(const TrainingData& data) : data_(&data) {}
 
   /// Gathers the segments in groups of eight, adds noise (streams: seed, purpose, step, group) and runs the prepared
-  /// dynamics over them. `noise` has one entry for all sensors of the data, or one for each. If there are several
-  /// noises, the groups alternate between them. `input_noise`: noise of the inputs that are read.
+  /// dynamics over them. A noise has one entry for all sensors of the data, or one for each sensor. If there are
+  /// several noises, the groups alternate between them. `input_noise`: noise of the inputs that are read.
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
            std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
            const NoiseConfig& input_noise = {});
@@ -67,7 +67,7 @@ class Rollout {
   void lose_failing(int index);
   void compute(SegmentGroup& group) const;
   void fill_missing(int index);
-  /// The last value of a slow output that may fail before a segment, and the samples since then.
+  /// The last value that a slow output with may_fail had before a segment, and the number of samples since then.
   struct LastArrival {
     float y = 0.0F;
     int age = 0;

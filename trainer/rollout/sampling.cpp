@@ -31,8 +31,8 @@ class Indices {
   int next_ = RandomLanes::kLanes;
 };
 
-/// Makes each sensor that may fail missing in a share `dropout` of the segments: in half of these throughout, in the
-/// other half for some time.
+/// Makes each sensor with may_fail missing in a share `dropout` of the segments: in half of them for the whole segment,
+/// in the other half for a part of it.
 void add_outages(const Experiment& experiment, const TrainingData& data, long step, std::vector<Segment>& segments) {
   const std::size_t sensors = data.failures.outputs.size();
   if (sensors == 0 || experiment.training.dropout == 0.0) return;
@@ -49,8 +49,8 @@ void add_outages(const Experiment& experiment, const TrainingData& data, long st
   }
 }
 
-/// Returns the length of a segment. Segments may begin short, because a long roll-out teaches little before the
-/// observer follows a short one.
+/// Returns the length of a segment. Segments may be short in the first steps, because a long roll-out teaches little
+/// before the observer can follow a short one.
 double segment_length_s(const TrainingConfig& training, long step) {
   if (training.first_segment_s == 0.0 || step < 0) return training.segment_s;
   const double part = std::min(1.0, 2.0 * static_cast<double>(step) / static_cast<double>(training.steps));
@@ -126,7 +126,7 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
   pool.run(static_cast<int>(sets.size()), [&](int g, int /*thread*/) {
     SampleSet& samples = sets[static_cast<std::size_t>(g)];
     const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(g)];
-    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // number of draws of each sample
+    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // how often each sample was drawn
     if (!all) {
       Indices random(stream_seed(experiment.seed, Purpose::kTicks, static_cast<std::uint64_t>(step),
                                  static_cast<std::uint64_t>(g)));

@@ -149,7 +149,7 @@ std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout
   std::vector<Segment> segments;
   if (dropout == 0.0) return segments;
   for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
-    if (data.is_computed(data.failures.outputs[i])) continue;  // missing if its source is
+    if (data.is_computed(data.failures.outputs[i])) continue;  // a computed output is missing if its source is
     for (Segment run : whole_runs(data)) {
       run.outages.resize(data.failures.outputs.size());
       run.outages[i] = {0, run.length};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A dataset in the form for training, and the segments of its runs.
+// A dataset in the format of the training, and the segments of its runs.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,8 @@
 
 namespace nlo::trainer {
 
-/// A dataset in the form for training: float32, one row per channel, each distinct step between samples once.
+/// A dataset in the format of the training: float32, one row per channel, and a list of the distinct steps between
+/// samples.
 struct TrainingData {
   /// Points of a box with their f and h, row by row, at which the PDE residual (5) is required in addition to the data.
   struct Points {
@@ -35,8 +36,8 @@ struct TrainingData {
     double wrap = 0.0;      ///< full turn of such an angle
   };
   std::vector<Run> runs;
-  std::size_t logged = 0;  ///< number of runs from logs; the following runs are simulated and get `simulated_share` of
-                           ///< a step's segments
+  std::size_t logged = 0;  ///< number of runs from logs; the following runs are simulated and get the share
+                           ///< `simulated_share` of a step's segments
   double simulated_share = 0.0;
   Points collocation;
   std::vector<Sensor> sensors;  ///< sensors of outputs, then of inputs; computed outputs have no sensor
@@ -61,9 +62,9 @@ struct TrainingData {
   int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< number of readings in the data
 };
 
-/// Limits to which flight and training clamp each given reading. They are infinite unless a noise of its sensor has
-/// tails. Then they are its range, widened on either side by the range and by six times the scale of the widest of
-/// those noises.
+/// Limits to which flight and training clamp each given reading. They are infinite unless a noise of the sensor has
+/// tails. Then they are the reading's range, widened on each side by the width of the range plus six times the largest
+/// scale of these noises.
 struct ReadingLimits {
   std::vector<float> low, high;
   ReadingLimits() = default;
@@ -84,8 +85,8 @@ struct Segment {
   std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: no outage
 };
 
-/// Longer runs are rolled out in pieces. A group has the length of its longest segment in each of its eight lanes, so a
-/// single run of millions of samples would need eight times its memory.
+/// Longest run that is rolled out as one segment; longer runs are split into pieces. All eight lanes of a group have
+/// the length of its longest segment, so a single run of millions of samples would need eight times its memory.
 inline constexpr int kLongestWhole = 1 << 18;  ///< samples
 
 /// Returns all runs from their start, at full length. A run longer than kLongestWhole becomes eight segments of equal

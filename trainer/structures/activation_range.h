@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ranges of the activations of T* on the training data, from which relu gets its scale in int16.
+// The ranges of the activations of T* on the training data. They determine the scale of relu in int16.
 #pragma once
 
 #include "codegen/model/model.h"

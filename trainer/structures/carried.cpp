@@ -36,49 +36,44 @@ void check_keys(const Experiment& experiment) {
                                    {"observer.clocks_s", !o.clocks_s.empty()},
                                    {"training.gradient", experiment.training.gradient != LatentGradient::kAutomatic}})
     if (given)
-      refuse(key, fmt::format("{} has no use in a carried observer, whose vectors are filtered by real eigenvalues; "
-                              "remove it",
-                              key));
+      refuse(key,
+             fmt::format("{} has no effect on a carried observer, which filters vectors by real eigenvalues; remove it",
+                         key));
   if (o.features == FeatureSet::kLatentMinusOutput)
-    refuse("observer.features", "[observer] features of a carried observer is \"latent\" or \"latent_and_output\"");
+    refuse("observer.features",
+           "[observer] features of a carried observer must be \"latent\" or \"latent_and_output\"");
   const InverseMapConfig& map = experiment.inverse_map;
   if (!map.hidden.empty() || !map.linear_path || map.error || map.readout != ReadoutChoice::kNetwork)
-    refuse(
-        "inverse_map",
-        "[inverse_map] of a carried observer is a sum of vectors, or turning the sensor would not turn the estimate: "
-        "write hidden = [], linear_path = true, readout = \"network\", and no error");
+    refuse("inverse_map",
+           "[inverse_map] of a carried observer must be a sum of vectors, so that the estimate rotates with the "
+           "sensor: write hidden = [], linear_path = true, readout = \"network\", and remove error");
 }
 
 void check_channels(const Experiment& experiment, const ChannelCounts& channels) {
   const auto vectors = [](const char* what, int count) {
     if (count == 0 || count % kAxes != 0)
-      refuse(
-          "observer.structure",
-          fmt::format("a carried observer has vectors of three components, and there are {} {}: give them as x, y, z "
-                      "of each vector, in this order",
-                      count, what));
+      refuse("observer.structure", fmt::format("a carried observer needs vectors of three components, but there are {} "
+                                               "{}: list x, y, z of each vector in this order",
+                                               count, what));
   };
   vectors("outputs", channels.outputs);
   vectors("states", channels.states);
   for (const codegen::Channel& output : channels.output_channels)
     if (output.wrap > 0.0)
-      refuse(
-          "observer.structure",
-          fmt::format("{} is an angle, and a carried observer has components of vectors; use another structure for it",
-                      output.name));
+      refuse("observer.structure",
+             fmt::format("{} is an angle, but a carried observer only has components of vectors; use another structure",
+                         output.name));
   if (channels.read_inputs != kAxes)
-    refuse(
-        "observer.structure",
-        fmt::format("a carried observer is told the rate of rotation by three inputs, x, y, z in rad/s, and there are "
-                    "{}: give the gyroscope's columns role = \"input\", and others another role",
-                    channels.read_inputs));
+    refuse("observer.structure",
+           fmt::format("a carried observer needs the rate of rotation as three inputs (x, y, z in rad/s), but there "
+                       "are {} inputs: give the gyroscope's columns role = \"input\", and other columns another role",
+                       channels.read_inputs));
   if (!experiment.log) return;
   for (const ColumnConfig& column : experiment.log->columns)
     if (column.role == ColumnRole::kInput && column.unit != "rad/s")
-      refuse("observer.structure",
-             fmt::format("input {} is in \"{}\"; a rate of rotation is in rad/s: write unit = \"rad/s\", and file_unit "
-                         "where the file has another",
-                         column.name, column.unit));
+      refuse("observer.structure", fmt::format("input {} has the unit \"{}\", but a rate of rotation must be in rad/s: "
+                                               "write unit = \"rad/s\", and file_unit if the file has another unit",
+                                               column.name, column.unit));
 }
 
 class CarriedStructure final : public TrainableStructure {
@@ -87,7 +82,7 @@ class CarriedStructure final : public TrainableStructure {
 
   std::vector<Key<ObserverConfig>> own_keys() const override {
     return {own_key<ObserverConfig>(key("unit_length", &CarriedConfig::unit_length, any(),
-                                        "carried: estimated vectors are made as long as 1 (a direction)"))};
+                                        "carried: scale estimated vectors to length 1 (a direction)"))};
   }
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
@@ -161,8 +156,8 @@ class CarriedStructure final : public TrainableStructure {
     model.structure = std::move(own);
   }
 
-  /// Sets ranges that hold for a turned sensor, too: each component gets the range of the largest one, symmetric about
-  /// 0.
+  /// Sets ranges that also hold for a rotated sensor: each component gets the largest range of all components,
+  /// symmetric about 0.
   void complete(const ObserverStructure& structure, codegen::Model& model) const override {
     const Eigen::Index modes = structure.latent.rows / structure.outputs();
     const auto widen = [](Eigen::VectorXd& low, Eigen::VectorXd& high, Eigen::Index first, Eigen::Index stride) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The latent system of a carried observer (nlo/carried_observer.h) over groups of segments. It transforms y into axes
-// that are fixed in the world, where nothing turns, filters it as for a KKL observer, and transforms z back. Rotations
-// keep lengths, so cotangents take the same way, and gradients of the eigenvalues are those of the filter.
+// that are fixed in the world, filters it there as for a KKL observer, and transforms z back. Rotations are orthogonal,
+// so cotangents are transformed in the same way, and the gradients of the eigenvalues are those of the filter.
 #pragma once
 
 #include <vector>
@@ -30,7 +30,7 @@ class CarriedLatent final : public LatentDynamics {
 
   LinearLatent filter_;
   int outputs_;
-  bool command_;  ///< the rate of a sample has acted since the sample before it
+  bool command_;  ///< true: the rate of a sample has acted since the previous sample
   const std::vector<double>& steps_s_;
 };
 

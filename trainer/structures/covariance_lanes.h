@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The update of the covariance by a measurement for eight trajectories side by side (nlo/covariance.h), and its
-// pullback.
+// The measurement update of the covariance (nlo/covariance.h) for eight trajectories side by side, and its pullback.
 #pragma once
 
 #include <nlo/covariance.h>
@@ -41,7 +40,7 @@ class CovarianceUpdate {
   CovarianceUpdate(int nx, int ny)
       : nx_(nx), ny_(ny), taken_(static_cast<std::size_t>(ny), Taken(nx)), to_ph_(static_cast<std::size_t>(nx)) {}
 
-  /// Turns p before the measurement into p after it, and fills change.
+  /// Replaces p before the measurement by p after it, and fills `change`.
   void forward(Measured<Scalar>& of) {
     for (int i = 0; i < nx_; ++i) {
       element(of.p, i, i) += of.q[at(i)];
@@ -73,8 +72,8 @@ class CovarianceUpdate {
     }
   }
 
-  /// After forward(of): turns the cotangents of p and change in `to` into those of p before the measurement, and fills
-  /// the other cotangents.
+  /// Call it after forward(of). Replaces the cotangents of p and change in `to` by the cotangent of p before the
+  /// measurement, and fills the other cotangents.
   void backward(const Measured<Scalar>& of, Measured<Scalar>& to) {
     std::fill(to.slopes.begin(), to.slopes.end(), L{});
     for (int j = ny_; j-- > 0;) {
@@ -114,7 +113,7 @@ class CovarianceUpdate {
   }
 
  private:
-  /// The values at the update of an output that the pullback needs.
+  /// Values of the update by one output that the pullback needs.
   struct Taken {
     std::vector<L> p, change, ph;
     L rest, share, positive;  ///< positive: dS / d(h' P h)

@@ -52,7 +52,7 @@ class EquationLanes {
     }
   }
 
-  /// Turns the cotangent of [x; p] after a step into that before it, in place.
+  /// Replaces the cotangent of [x; p] after a step by the cotangent before the step, in place.
   void step_back(const L* stages, L h, L* cotangent) {
     std::array<L, codegen::Equations::kMostCarried> after;
     std::copy_n(cotangent, carried_, after.begin());
@@ -76,7 +76,8 @@ class EquationLanes {
   L output(const L* values, int j) const { return output_.row(values, j); }
   /// Returns dy_j/dx_i after output().
   L slope(const L* values, int j, int i, int outputs) const { return output_.row(values, outputs + j * states_ + i); }
-  /// Adds to `to_x` (n_x).  to_row(i): cotangent of y, then those of its slopes, row by row
+  /// Adds the cotangent of x to `to_x` (n_x). to_row(i) returns the cotangents of y, then those of its slopes, row by
+  /// row.
   template <class ToRow>
   void output_back(const L* values, const ToRow& to_row, L* to_x) {
     output_.pull_back(values, to_row, to_output_.data());

@@ -54,7 +54,7 @@ auto EquationTape<Scalar>::applied(const Expression::Node& node, const Operand& 
   return {.number = square ? of.number * of.number : codegen::value_of(node.function, of.number)};
 }
 
-/// Operations on numbers are computed once here, and not at every evaluation.
+/// Operations on constants are computed once here, not at every evaluation.
 template <class Scalar>
 auto EquationTape<Scalar>::combined(Expression::Kind kind, const Operand& left, const Operand& right) -> Operand {
   const bool by_left = left.slot < 0, by_right = right.slot < 0, both = by_left && by_right;

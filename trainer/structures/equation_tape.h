@@ -17,10 +17,10 @@ class EquationTape {
   using L = Lanes<Scalar>;
 
   EquationTape() = default;
-  /// The expressions read `variables` numbers, then the constants, then their shared parts.
+  /// The arguments of the expressions are `variables` numbers, then the constants, then the shared sub-expressions.
   EquationTape(const codegen::SharedExpressions& expressions, int variables, const std::vector<double>& constants);
 
-  /// Size of the memory of an evaluation: the variables, then the results of the operations.
+  /// Returns the number of values of an evaluation: the variables, then the results of the operations.
   int size() const { return variables_ + static_cast<int>(operations_.size()); }
   /// Fills `values` after the variables.
   void evaluate(L* values) const;

@@ -32,9 +32,9 @@ std::string names_of(const std::vector<codegen::Channel>& channels) {
 
 std::vector<Key<ObserverConfig>> failing_sensor_keys() {
   return {own_key<ObserverConfig>(key("may_fail", &FailingSensors::may_fail, identifiers(),
-                                      "kkl, gated: outputs that may be missing; the model runs without any of them")),
+                                      "kkl, gated: outputs that may be missing; the observer continues without them")),
           own_key<ObserverConfig>(key("staleness_s", &FailingSensors::staleness_s, positive(),
-                                      "kkl, gated: a missing output fades by this time constant to its mean [s]"))};
+                                      "kkl, gated: time constant with which a missing output decays to its mean [s]"))};
 }
 
 bool has_failing_sensors(const ObserverConfig& observer) {
@@ -55,19 +55,19 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::size_t output = index_of(names[i], channels.output_channels);
     if (output == channels.output_channels.size())
-      fail(fmt::format("names \"{}\", which is not an output; there is: {}", names[i],
+      fail(fmt::format("names \"{}\", which is not an output; the outputs are: {}", names[i],
                        names_of(channels.output_channels)));
     if (!channels.output_channels[output].expression.empty())
-      fail(fmt::format("names \"{}\", which is computed; name what it is computed of", names[i]));
+      fail(fmt::format("names \"{}\", which is computed; name the outputs from which it is computed", names[i]));
     if (channels.output_channels[output].wrap > 0.0)
-      fail(fmt::format("names the angle \"{}\", which has no mean to fade to; leave it out", names[i]));
+      fail(fmt::format("names the angle \"{}\", which has no mean to which it could decay; remove it", names[i]));
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
   if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
       experiment.training.dropout > 0.0)
     fail(
-        "names every output, so that no measurement is left; leave one out, or, if samples are only lost now and then, "
+        "names every output, so that no measurement is left; remove one, or, if samples are only lost occasionally, "
         "set [training] dropout = 0 and a noise with +missing");
 }
 
@@ -92,7 +92,7 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
     count += static_cast<double>(run.samples());
   }
   Eigen::VectorXd mean = sum / std::max(count, 1.0);
-  for (Eigen::Index row = 0; row < mean.size(); ++row)  // over runs and their mirror images
+  for (Eigen::Index row = 0; row < mean.size(); ++row)  // mean over runs and their mirror images
     if (!training.mirror.none() && training.mirror.readings[static_cast<std::size_t>(row)]) mean(row) = 0.0;
   failures.rest = mean(failures.outputs);
   return failures;

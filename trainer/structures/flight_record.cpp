@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr Index kSamples = 12000;  // an export measures its error over 10,000 samples in the domain
 
-/// A segment of the rollout, the place of its samples there, and the samples of it to record.
+/// A segment of the rollout, the place of its samples in the rollout, and the range of samples to record.
 struct Piece {
   int group, lane;
   Segment segment;
@@ -66,8 +66,8 @@ std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
     const int length = std::min(segment.length, longest);
     const int count = visited < all ? 1 : std::clamp(segment.length / std::max(length, 1), 1, each);
     for (int k = 0; k < count; ++k) {
-      // Several pieces of a run are spread from its start to its end. If each run has one, every other piece begins at
-      // the start.
+      // If a run has several pieces, they are spread from its start to its end. If each run has one piece, every second
+      // piece begins at the start of its run.
       constexpr double kGolden = 0.618033988749895;
       const double at = count > 1    ? static_cast<double>(k) / (count - 1)
                         : i % 2 == 0 ? 0.0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gated observer (nlo/gated_observer.h): z' = rate (target - z), rates and targets learned through time, from z = 0.
+// Gated observer (nlo/gated_observer.h): z' = rate (target - z), with learned rates and targets, starting at z = 0.
 #include "codegen/model/gated.h"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ struct GatedPeriod {
   double s = 0.0;
 };
 
-/// The limit that constrain() keeps: GatedConfig::contraction.
+/// The limit that constrain() enforces: GatedConfig::contraction.
 struct CouplingLimit {
   double value = 0.0;
 };

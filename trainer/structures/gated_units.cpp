@@ -173,8 +173,8 @@ void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
                      chunk_reset_in_.data(), chunk_target_.data());
 }
 
-/// Turns p_ of a sample into p_ of the sample before it, without that sample's own cotangent. `column` is the first
-/// column of the sample.
+/// Replaces p_ of a sample by p_ of the previous sample, without the previous sample's own cotangent. `column` is the
+/// first column of the sample.
 template <class Scalar>
 void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int column) {
   using P = typename One<Scalar>::P;
@@ -242,7 +242,7 @@ void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
     const Chunk chunk{from, std::min(kChunkSamples, run.length - from)};
     if (loop != nullptr) loop->repeat(chunk.from, chunk.count);
     repeat(run, chunk);
-    // Copied sample by sample, the cotangents would be read from as many places as there are units.
+    // Row by row, because a copy sample by sample would read the cotangents from as many places as there are units.
     for (int r = 0; r < units_; ++r)
       std::copy_n(run.cotangent + (static_cast<std::ptrdiff_t>(r) * run.length + from) * kGroup, chunk.count * kGroup,
                   chunk_own_.data() + static_cast<std::size_t>(r) * kStride<Scalar>);

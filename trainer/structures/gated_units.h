@@ -5,8 +5,8 @@
 //             g = (1 + tanh a_g) / 2,   c = tanh(W_c [g z_{k-1}; w_k] + b_c),   z_{-1} = 0,  w = (y - mean) / scale
 //   backward  with p_k = dl/dz_k in all:   da_s = p (c - z) ds/da_s,   da_c = p s (1 - c^2),   q = W_c^T da_c
 //             da_g = q z (1 - tanh^2 a_g) / 2,   p_{k-1} = p (1 - s) + q g + W_g^T [da_s; da_g] + dl/dz_{k-1}
-// Only z of a run is kept. Gates and targets are computed again for 32 samples at a time, in any order, which fills the
-// registers; so are the weights' gradients. Only W^T da must go sample by sample.
+// Only z of a run is stored. The backward pass recomputes gates and targets for 32 samples at a time, which fills the
+// registers. It computes the weights' gradients likewise. Only W^T da must be computed sample by sample.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,17 @@ namespace nlo::trainer {
 /// Eight trajectories; arrays are [row][time][8].
 template <class Scalar>
 struct GatedRun {
-  int length = 0;                      ///< samples
-  const Scalar* readings = nullptr;    ///< n_r rows
-  Scalar* latent = nullptr;            ///< n_z rows
-  const Scalar* cotangent = nullptr;   ///< dl/dz at each sample, n_z rows
-  const Scalar* periods = nullptr;     ///< [time][8]: of the step that ends at a sample, in sample periods; null: all 1
+  int length = 0;                     ///< samples
+  const Scalar* readings = nullptr;   ///< n_r rows
+  Scalar* latent = nullptr;           ///< n_z rows
+  const Scalar* cotangent = nullptr;  ///< dl/dz at each sample, n_z rows
+  /// [time][8]: length of the step that ends at a sample [sample periods]. Null: all 1.
+  const Scalar* periods = nullptr;
   const std::uint8_t* held = nullptr;  ///< n_y rows: 1 where an output was not measured; null: all were
 };
 
-/// Readings that depend on the units at earlier samples. They are made while the units run, and get their gradient in
-/// the backward pass.
+/// Readings that depend on the units at earlier samples. They are computed while the units run, and the backward pass
+/// returns their gradient to them.
 template <class Scalar>
 class GatedLoop {
  public:
@@ -40,8 +41,8 @@ class GatedLoop {
   virtual void read(int time) = 0;
   /// Called after a step of the units. in: [z; normalised readings], eight values for each row.
   virtual void stepped(int time, const Scalar* in) = 0;
-  /// Makes the readings of samples [from, from + count) again. pull_back() follows for each of them, the last one
-  /// first.
+  /// Recomputes the readings of samples [from, from + count). Then pull_back() is called for each of them, from the
+  /// last to the first.
   virtual void repeat(int from, int count) = 0;
   /// Adds the gradient through the readings to dl/dz of a sample. `in` is as in stepped().
   virtual void pull_back(int time, const Scalar* in, Scalar* to_z) = 0;

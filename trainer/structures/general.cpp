@@ -29,7 +29,7 @@ class General final : public TrainableStructure {
     const ObserverConfig& o = experiment.observer;
     if (!o.clocks_s.empty())
       throw KeyError("observer.clocks_s",
-                     "[observer] clocks_s are rows of D; the general observer has none: remove them");
+                     "[observer] clocks_s adds rows of D, but the general observer has no D: remove it");
     if (o.features != FeatureSet::kLatent)
       throw KeyError("observer.features",
                      fmt::format("[observer] features is \"{}\", but G of the general observer reads only z; "

@@ -24,11 +24,11 @@ class Kkl final : public KklFamily {
     std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
     keys.push_back(own_key<ObserverConfig>(
         key("saturation", &KklConfig::saturation, at_least(0),
-            "kkl: T* reads z limited to its domain and this many half ranges beyond; 0: without limit")));
+            "kkl: limits the z that T* reads to its domain plus this many half ranges; 0: no limit")));
     keys.push_back(
         own_key<ObserverConfig>(key("clock_products", &KklConfig::clock_products, names_of<ClockProductSet>(),
-                                    "kkl: features that T* also reads multiplied by each of clocks_s, which helps in "
-                                    "the transient: none, those with z, or all")));
+                                    "kkl: features that T* also reads multiplied by each of clocks_s, for smaller "
+                                    "errors in the transient: none, features of z, or all")));
     return keys;
   }
 
@@ -37,10 +37,9 @@ class Kkl final : public KklFamily {
     check_failing_sensors(experiment, channels);
     if (experiment.observer.own.get<KklConfig>().clock_products != ClockProductSet::kNone &&
         experiment.observer.clocks_s.empty())
-      throw KeyError(
-          "observer.clock_products",
-          "[observer] clock_products multiplies by the clocks of clocks_s, and there are none; give clocks_s "
-          "= [...], or remove it");
+      throw KeyError("observer.clock_products",
+                     "[observer] clock_products multiplies by the clocks of clocks_s, but there are none; give "
+                     "clocks_s = [...], or remove clock_products");
   }
 
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
@@ -52,7 +51,8 @@ class Kkl final : public KklFamily {
     return failing_sensors(experiment, training);
   }
 
-  /// Sets real modes with the time scales of a gated observer's units, or with those of the sample period.
+  /// Sets real modes with the time constants of a gated observer's units, or with time constants derived from the
+  /// sample period.
   bool adopt(Experiment& experiment, double sample_period_s) const override {
     constexpr double kSlowest = 0.01, kFastest = 0.25;  // per sample period
     constexpr int kModes = 4;

@@ -11,7 +11,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Returns the trained D and F. Sets in the model where the clocks start.
+/// Returns the trained D and F. Sets the initial values of the clocks in the model.
 codegen::LinearLatent linear_latent_of(const ObserverStructure& structure, const float* parameters,
                                        codegen::Model& model) {
   const LatentShape& latent = structure.latent;
@@ -49,11 +49,11 @@ void KklFamily::vary(Experiment& experiment, Draws& draws) const {
   for (double& clock : o.clocks_s) clock = rounded(clock / faster);
   constexpr double kBetweenModes = 2.5;  // factor between time constants, from experience
   switch (draws.below(4)) {
-    case 0:  // one more, faster
+    case 0:  // adds a faster mode
       if (o.eigenvalues.empty() || o.eigenvalues.size() + 2 * o.pairs.size() >= 12) break;
       o.eigenvalues.push_back(rounded(kBetweenModes * *std::min_element(o.eigenvalues.begin(), o.eigenvalues.end())));
       break;
-    case 1:  // one less
+    case 1:  // removes a mode
       if (o.eigenvalues.size() > 1 && o.eigenvalues.size() + 2 * o.pairs.size() > 2)
         o.eigenvalues.erase(o.eigenvalues.begin() + static_cast<std::ptrdiff_t>(draws.below(o.eigenvalues.size())));
       break;
@@ -92,8 +92,8 @@ codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* 
                                const ObserverConfig& observer, codegen::Model& model) {
   codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),
                    .inverse_map = inverse_map_of(structure, parameters, model.nr())};
-  // Then every feature of an output is z - y, and the steady gain is one, so a plant that rests elsewhere is in the
-  // domain, too.
+  // Then every feature is z - y and the steady gain is one, so a plant that rests at another output is also in the
+  // domain.
   if (observer.features == FeatureSet::kLatentMinusOutput && structure.latent.injection == Injection::kUnitGain)
     for (int j = 0; j < model.ny(); ++j)
       if (model.outputs[static_cast<std::size_t>(j)].wrap <= 0.0) kkl.latent.relative_outputs.push_back(j);

@@ -8,7 +8,7 @@ namespace nlo::trainer {
 
 /// Keys of [observer] that only structure kkl has.
 struct KklConfig {
-  double saturation = 0.0;  ///< z follows this many half ranges beyond its domain into T*; 0: no limit
+  double saturation = 0.0;  ///< T* reads z up to this many half ranges beyond its domain; 0: no limit
   ClockProductSet clock_products = ClockProductSet::kNone;
 };
 
@@ -30,7 +30,8 @@ class KklFamily : public TrainableStructure {
                                                   const std::vector<double>& steps_s, int threads) const override;
 
  protected:
-  /// Returns the trained D, F and T*. Sets in the model, which has its channels already, where the clocks start.
+  /// Returns the trained D, F and T*. Sets the initial values of the clocks in the model, which must already have its
+  /// channels.
   static codegen::Kkl kkl_of(const ObserverStructure& structure, const float* parameters,
                              const ObserverConfig& observer, codegen::Model& model);
 };

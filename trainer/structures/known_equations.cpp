@@ -21,7 +21,8 @@ bool has_unwrapped(const std::vector<double>& wraps, const std::vector<Encoding>
   return false;
 }
 
-/// Where the parenthesis that opens at `open` closes. The text has been parsed before: it does.
+/// Returns the position of the parenthesis that closes the one at `open`. The text has been parsed before, so it
+/// exists.
 std::size_t closing(const std::string& text, std::size_t open) {
   int depth = 0;
   for (std::size_t i = open; i < text.size(); ++i) {
@@ -31,7 +32,8 @@ std::size_t closing(const std::string& text, std::size_t open) {
   return text.size();
 }
 
-/// sqrt(v) becomes sqrt(max(v, 0)): an estimate may be where the plant cannot be, such as a level below 0.
+/// Replaces sqrt(v) by sqrt(max(v, 0)), because an estimate may have values that the plant cannot have, such as a level
+/// below 0.
 std::string with_defined_roots(std::string text) {
   static const std::regex kRoot("\\bsqrt\\s*\\(");
   std::smatch found;
@@ -49,7 +51,7 @@ std::string with_defined_roots(std::string text) {
   return done + text;
 }
 
-/// Places of the estimated states, then those of the others.
+/// Returns the indices of the estimated states, then those of the other states.
 std::vector<std::size_t> estimated_first(const PlantConfig& plant) {
   std::vector<std::size_t> order;
   const auto is_new = [&order](std::size_t i) { return std::ranges::find(order, i) == order.end(); };

@@ -14,7 +14,7 @@ void check_linear_latent(const Experiment& experiment) {
   const ObserverConfig& o = experiment.observer;
   if (o.eigenvalues.empty() && o.pairs.empty())
     throw KeyError("observer",
-                   "[observer] has no latent state; give eigenvalues = [-1.0, ...] or pairs = [[-1.0, 2.0], ...]");
+                   "[observer] has no latent states; give eigenvalues = [-1.0, ...] or pairs = [[-1.0, 2.0], ...]");
   for (std::size_t i = 0; i < o.pairs.size(); ++i) {
     const auto& [re, im] = o.pairs[i];
     if (!(re < 0.0))

@@ -14,7 +14,7 @@ codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* param
 codegen::Network rows_of(const codegen::Network& all, Eigen::Index first, Eigen::Index count);
 
 /// Returns T* or G of `structure` from all its parameters.
-///   outputs  number of components of y that it reads beside z: n_y or 0
+///   outputs  number of outputs that it reads beside z: n_y or 0
 codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Eigen::Index outputs);
 
 /// Returns T of `structure` from all its parameters.

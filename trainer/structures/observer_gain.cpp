@@ -49,7 +49,7 @@ MatrixXd matrix_of(const char* key, const std::vector<std::vector<double>>& rows
 
 MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles) {
   const Index n = a.rows();
-  // A combination of the outputs contains every mode, except by chance. Try a few, and take the best-conditioned one.
+  // Almost every combination of the outputs contains every mode. Tries a few and uses the best-conditioned one.
   VectorXd weights;
   double clearest = 0.0;
   for (int trial = 0; trial < 8; ++trial) {
@@ -65,9 +65,9 @@ MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles
   }
   constexpr double kBlind = 1e-10;
   if (!(clearest > kBlind))
-    throw KeyError(
-        "observer.gain_poles",
-        "[observer] gain_poles: the states cannot all be seen in the outputs through A and C; choose other outputs");
+    throw KeyError("observer.gain_poles",
+                   "[observer] gain_poles: the states cannot all be seen in the outputs, because (A, C) is not "
+                   "observable; choose other outputs");
   MatrixXd polynomial = MatrixXd::Identity(n, n);  // prod (A - p I)
   for (const double pole : poles) polynomial = (polynomial * (a - pole * MatrixXd::Identity(n, n))).eval();
   const MatrixXd view = observability(a, weights.transpose() * c);
@@ -88,10 +88,9 @@ MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise,
     ++found;
   }
   if (found != n)
-    throw KeyError(
-        "observer.gain_noise",
-        "[observer] gain_noise: there is no stationary Kalman gain: a state that drifts cannot be seen in the outputs "
-        "through A and C");
+    throw KeyError("observer.gain_noise",
+                   "[observer] gain_noise: there is no stationary Kalman gain, because an unstable or drifting state "
+                   "is not observable through A and C; choose other outputs");
   const Eigen::MatrixXcd top = stable.topRows(n).transpose(), bottom = stable.bottomRows(n).transpose();
   const MatrixXd covariance = codegen::solve(top, bottom).transpose().real();
   return covariance * c.transpose() / measurement_noise;
@@ -103,7 +102,7 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu) {
   known.output_matrix = matrix_of("output_matrix", config.output_matrix, ny, nx);
   if (nu == 0 && !config.input_matrix.empty())
     throw KeyError("observer.input_matrix",
-                   "[observer] input_matrix is for known inputs, but there are none; remove it, or name inputs");
+                   "[observer] input_matrix needs known inputs, but there are none; remove it, or name inputs");
   known.input_matrix = nu == 0 ? MatrixXd(nx, 0) : matrix_of("input_matrix", config.input_matrix, nx, nu);
   const int given =
       (config.gain.empty() ? 0 : 1) + (config.gain_poles.empty() ? 0 : 1) + (config.gain_noise.empty() ? 0 : 1);
@@ -111,7 +110,7 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu) {
     throw KeyError(
         "observer",
         fmt::format(
-            "[observer] names {} of gain, gain_poles and gain_noise; a Luenberger observer needs exactly one of them",
+            "[observer] has {} of the keys gain, gain_poles and gain_noise; a Luenberger observer needs exactly one",
             given));
   if (!config.gain.empty()) {
     known.gain = matrix_of("gain", config.gain, nx, ny);

@@ -59,18 +59,18 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const TrainableStructure* module = nullptr;  ///< the structure (structures/trainable_structure.h)
-  int readings = 0;                            ///< n_r: outputs, inputs that are read, stalenesses
-  int inputs = 0;                              ///< inputs among them
-  int failing = 0;  ///< stalenesses of sensors that may fail, among the readings after the inputs
+  const TrainableStructure* module = nullptr;                  ///< the structure (structures/trainable_structure.h)
+  int readings = 0;                                            ///< n_r: outputs, inputs that are read, stalenesses
+  int inputs = 0;                                              ///< inputs among them
+  int failing = 0;                                             ///< number of stalenesses, which are the last readings
   int outputs() const { return readings - inputs - failing; }  ///< n_y
-  LatentShape latent;               ///< its learned rows are parameters; empty if there is no D
-  std::vector<double> eigenvalues;  ///< initial, n_z, in row order; clocks stay
+  LatentShape latent;               ///< latent system; its learned rows are parameters; empty if there is no D
+  std::vector<double> eigenvalues;  ///< initial eigenvalues, n_z, in row order; those of clocks do not change
   DynamicsNetwork dynamics;         ///< within the latent system; has no parameters if there is none
   ByType own;                       ///< values that only the module of the structure uses
 
-  int axes = 1;  ///< features and states are vectors of so many components; T* is to be the same for each component
-  bool centred = false;           ///< features and states have no mean: T* must not prefer any place
+  int axes = 1;  ///< number of components of each vector in features and states; T* is the same for every component
+  bool centred = false;  ///< true: features and states keep their origin (mean 0), so that T* prefers no direction
   std::vector<Feature> features;  ///< features of T*; empty if the latent state is the estimate
   std::vector<float> state_mean, state_scale;
   NetworkShape network;  ///< T*

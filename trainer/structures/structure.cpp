@@ -94,8 +94,8 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
   for (std::size_t f = 0; f < features.size(); ++f) {
     structure.features[f].mean = static_cast<float>(features[f].mean);
     structure.features[f].scale = safe_scale(features[f].deviation());
-    // A clock runs from 1 to 0, so its range is known without data. Most samples are late, so their deviation says
-    // nothing about its start.
+    // A clock falls from 1 to 0, so its range is known without data. Most samples are late, when the clock is near 0,
+    // so their deviation is too small for its start.
     if (is_clock(structure, structure.features[f])) structure.features[f].mean = structure.features[f].scale = 0.5F;
   }
   for (Feature& feature : structure.features) {
@@ -108,8 +108,8 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
     structure.state_scale[i] = safe_scale(states[i].deviation());
   }
-  // All components of a vector get the same scale and no mean, because a mean would be a direction. A single component
-  // is treated alike.
+  // All components of a vector get the same scale and mean 0, because another mean would prefer a direction. The same
+  // code handles single components.
   const auto axes = static_cast<std::size_t>(structure.axes);
   const auto lengths = [&](const std::vector<Moments>& moments, const auto& set) {
     for (std::size_t first = 0; structure.centred && first < moments.size(); first += axes) {
@@ -156,7 +156,7 @@ void write_estimate_rows(const ObserverStructure& structure, float* map) {
   }
 }
 
-/// Returns [intercept, linear path], n_x x (1 + n_u), of a T* that is another map at each time of the transient.
+/// Returns [intercept, linear path], n_x x (1 + n_u), of a T* that changes with time during the transient.
 Eigen::MatrixXd transient_fit(const ObserverStructure& structure, double ridge, const Rollout& rollout) {
   constexpr Eigen::Index kBlock = 4096;  // samples
   const auto nf = static_cast<Eigen::Index>(structure.features.size());

@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-// Each is defined in the file of its name.
+// Each structure is defined in the file of its name.
 const TrainableStructure& kkl_structure();
 const TrainableStructure& driven_kkl_structure();
 const TrainableStructure& luenberger_structure();

@@ -18,7 +18,7 @@ std::vector<std::string> structure_names();
 /// Returns the structure that [observer] names. An unknown name throws codegen::Error, which lists the known ones.
 const TrainableStructure& structure_of(const ObserverConfig& observer);
 
-/// Windows of evaluation_windows() for an observer and runs of at most `horizon_s`. A structure without a D may list
-/// eigenvalues to start from; they say nothing of how fast it forgets.
+/// Returns evaluation_windows() for an observer and runs of at most `horizon_s`. It ignores eigenvalues of a structure
+/// without D: they are only initial values and do not give the speed of forgetting.
 EvaluationWindows windows_of(const Experiment& experiment, double horizon_s);
 }  // namespace nlo::trainer

@@ -21,8 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Sets the ranges of a model. The domain has the latent states of training, relative to S y for relative outputs, plus
-/// a tenth of their range. A reading counts as impossible beyond its range by more than the width of the range; if the
-/// noise has tails, beyond the limits of the training. Angles have 64 turns here and 2^16 in flight
+/// a tenth of their range. A reading counts as impossible if it exceeds its range by more than the width of the range,
+/// or, if the noise has tails, if it exceeds the limits of the training. Angles have 64 turns here and 2^16 in flight
 /// (codegen/model/flown_ranges.h), where relative outputs are not clamped either.
 void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingConfig& training) {
   const MatrixXd steady_gain = codegen::steady_gain(model);

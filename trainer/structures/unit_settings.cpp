@@ -14,11 +14,12 @@
 namespace nlo::trainer {
 
 std::vector<Key<ObserverConfig>> unit_keys() {
-  return {own_key<ObserverConfig>(
-              key("units", &UnitSettings::units, between(1, 1024), "gated, prior: how many gated units")),
-          own_key<ObserverConfig>(key("rates", &UnitSettings::rates, positive(),
-                                      "gated, prior: slowest and fastest rate of a unit at first [1/s]; empty: 0.01 "
-                                      "and 0.5 per sample period"))};
+  return {
+      own_key<ObserverConfig>(
+          key("units", &UnitSettings::units, between(1, 1024), "gated, prior: number of gated units")),
+      own_key<ObserverConfig>(key(
+          "rates", &UnitSettings::rates, positive(),
+          "gated, prior: slowest and fastest initial rate of the units [1/s]; empty: 0.01 and 0.5 per sample period"))};
 }
 
 void vary_units(UnitSettings& units, Draws& draws) {
@@ -47,18 +48,21 @@ void check_units(const Experiment& experiment, const char* what) {
   for (const auto& [key, given] : {std::pair{"eigenvalues", !o.eigenvalues.empty()},
                                    {"pairs", !o.pairs.empty()},
                                    {"clocks_s", !o.clocks_s.empty()}})
-    if (given) refuse(key, fmt::format("has no use in {}, whose units learn their rates", what));
-  if (o.hold != Hold::kFirstOrder) refuse("hold", fmt::format("has no use in {}, which steps with the latest y", what));
+    if (given) refuse(key, fmt::format("has no effect on {}, whose units learn their rates", what));
+  if (o.hold != Hold::kFirstOrder)
+    refuse("hold", fmt::format("has no effect on {}, which steps with the latest y", what));
   if (o.features == FeatureSet::kLatentMinusOutput)
-    refuse("features", "compares z with y, and gated units have no unit of y");
+    refuse("features", "compares z with y, but gated units are not in the units of y");
   check_zero_start(o, what);
   if (experiment.training.gradient != LatentGradient::kAutomatic)
     throw KeyError("training.gradient",
-                   "[training] gradient chooses how a differential equation is trained, and gated units are stepped "
+                   "[training] gradient selects the gradient of a differential equation, but gated units are stepped "
                    "exactly; remove it");
   const std::vector<double>& rates = o.own.get<UnitSettings>().rates;
   if (!rates.empty() && (rates.size() != 2 || rates[0] > rates[1]))
-    throw KeyError("observer.rates", "[observer] rates is a slow one and a fast one, [0.5, 20.0], or left out");
+    throw KeyError(
+        "observer.rates",
+        "[observer] rates must be the slowest and the fastest rate in 1/s, such as [0.5, 20.0]; or remove it");
 }
 
 std::vector<float> initial_rates(const UnitSettings& settings, double period_s) {

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 template <class Units>
 class UnitsLatent final : public LatentDynamics {
  public:
-  /// make() returns the units of a thread.  period_s: unit of rates
+  /// make() returns the units for one thread. period_s: sample period, the unit of the rates.
   template <class Make>
   UnitsLatent(int rows, int parameters, double period_s, const std::vector<double>& steps_s, int threads,
               const Make& make)

@@ -53,11 +53,11 @@ class TrainingDisplay {
   /// Explains the RMSE of the progress if the states have different units.
   void say_units(const Dataset& training) const {
     if (experiment_.loss.is_normalised())
-      fmt::print(stderr, "rmse: of each state over its standard deviation, as the loss is\n");
+      fmt::print(stderr, "rmse: the error of each state is divided by its standard deviation, as in the loss\n");
     else if (!share_a_unit(training.states))
       fmt::print(stderr,
-                 "rmse: adds up states of different units as they are, as the loss does; [loss] scale = "
-                 "\"normalised\" weighs the states alike\n");
+                 "rmse: sums the errors of states in different units, as the loss does; [loss] scale = \"normalised\" "
+                 "gives all states the same weight\n");
   }
 
   const Experiment& experiment_;

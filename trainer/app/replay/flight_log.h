@@ -24,7 +24,7 @@ struct LoggedColumn {
 enum Answer : Eigen::Index { kAnswerStatus, kAnswerInDomain, kAnswerEstimate };
 /// Rows of the given values; outputs and inputs follow.
 enum Given : Eigen::Index { kGivenCommand, kGivenDt, kGivenReading };
-/// The action of a call: bits of the row kGivenCommand.
+/// Bits of a value in the row kGivenCommand, which name the functions that the call ran. step(y) has no bit.
 inline constexpr double kStep = 0, kStepOverDt = 1, kReset = 2, kWarmStart = 4;
 
 struct FlightLog {

@@ -33,7 +33,7 @@ std::string cell_in(const std::string& message) {
 struct CellWords {
   std::vector<std::string> cells;  ///< each cell once
   bool are_few = true;             ///< at most three different cells, in less than half of the rows
-  std::string where;               ///< place of the first one, and their number; empty: there are none
+  std::string where;               ///< place of the first such cell and their number; empty: there are none
 };
 
 CellWords words_in(const std::vector<CsvTable>& tables, const std::string& heading) {
@@ -58,7 +58,7 @@ CellWords words_in(const std::vector<CsvTable>& tables, const std::string& headi
     for (std::size_t row = 0; row < cells.size(); ++row) {
       if (std::ranges::find(words.cells, trimmed(cells[row])) == words.cells.end()) continue;
       if (found++ == 0)
-        words.where = fmt::format("{}:{}: \"{}\" is \"{}\" there", table.file(), table.line(static_cast<Index>(row)),
+        words.where = fmt::format("{}:{}: \"{}\" is \"{}\" here", table.file(), table.line(static_cast<Index>(row)),
                                   heading, cells[row]);
     }
   }

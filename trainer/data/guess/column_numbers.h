@@ -24,7 +24,7 @@ class ColumnNumbers {
 
   bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
   const std::string& first_cell() const { return first_cell_; }  ///< first cell that is not a number
-  /// Returns cells that seem to mean no value, in the form of the key `missing`; the next function gives the place of
+  /// Returns cells that seem to mean "no value", in the form of the key `missing`. where_missing() gives the place of
   /// the first one.
   const std::vector<std::string>& missing() const { return missing_; }
   const std::string& where_missing() const { return where_missing_; }
@@ -60,10 +60,10 @@ class ColumnNumbers {
   std::string where_missing_;
 };
 
-/// The full turn of an angle; 0 if it does not seem to wrap. Either the column jumps back: it has steps of more than
-/// half a turn, all of them near a whole turn, and its range is one turn. Or `unit` is that of an angle, and the
-/// numbers stay within one turn from -1/2 or 0 on, fill half of it and come near half a turn: then another run may
-/// jump.
+/// The full turn of an angle; 0 if it does not seem to wrap. There are two cases. Either the column jumps: it has steps
+/// of more than half a turn, all of them near a whole turn, and its range is one turn. Or `unit` is a unit of angles,
+/// and the numbers stay within [-1/2, 1/2] or [0, 1] turns, fill half of this range and come near half a turn: then
+/// another run may jump.
 struct FullTurn {
   double wrap = 0.0;
   std::string unit;    ///< "rad" or "deg", if the angle wraps

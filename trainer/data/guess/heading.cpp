@@ -174,7 +174,7 @@ TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
                            : heading.name == "micros" || heading.name == "us" ? "us"
                                                                               : heading.unit;
   for (const TimeUnit& unit : kUnits)
-    if (word == unit.name) return {unit.name, unit.seconds, "its unit by the heading"};
+    if (word == unit.name) return {unit.name, unit.seconds, "unit from the heading"};
   constexpr double kFewest = 1.0, kMost = 1e4;  // rows a second
   const double step = stamps.steps().median;
   const std::size_t first = stamps.is_whole() && step > 1.0 ? 1 : 0;
@@ -182,9 +182,10 @@ TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
     const double rate = 1.0 / (step * kUnits[i].seconds);
     if (rate < kFewest || rate > kMost) continue;
     return {kUnits[i].name, kUnits[i].seconds,
-            fmt::format("CHECK its unit: steps of {:g} are {:g} rows a second in {}", step, rate, kUnits[i].name)};
+            fmt::format("CHECK the unit: with steps of {:g}, the log has {:g} rows per second in {}", step, rate,
+                        kUnits[i].name)};
   }
-  return {"s", 1.0, "CHECK its unit: neither heading nor numbers show it"};
+  return {"s", 1.0, "CHECK the unit: neither the heading nor the numbers show it"};
 }
 
 bool is_position(const std::string& unit) {

@@ -16,12 +16,12 @@ struct Heading {
                                    ///< for "IMUGyro": "imu", "gyro"
 };
 
-/// A unit is in brackets at the end, or is the last word behind an underscore. "_a", "_g", "_n", "_v", "_w", "_k" are
-/// units only if no other heading of `all` has the same beginning ("phase_a", "phase_b").
+/// Reads a heading. The unit is in brackets at the end, or is the last word after an underscore. "_a", "_g", "_n",
+/// "_v", "_w", "_k" are units only if no other heading of `all` has the same beginning ("phase_a", "phase_b").
 Heading read_heading(const std::string& heading, const std::vector<std::string>& all);
 
-/// The unit of a stamp: the unit of its heading, otherwise one that fits its steps (a log has 1 to 10,000 rows a
-/// second; integers are finer units).
+/// The unit of a time stamp: the unit in its heading, or else a unit with which the log has 1 to 10,000 rows per
+/// second. Integers are assumed to be in a unit finer than seconds.
 struct TimeUnit {
   std::string name;
   double seconds = 1.0;

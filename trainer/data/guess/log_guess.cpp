@@ -35,7 +35,8 @@ class Guess {
         headings_.push_back(heading);
       } else if (std::ranges::find(twice_, heading) == twice_.end()) {
         twice_.push_back(heading);
-        log_.notes.push_back(fmt::format("\"{}\" is the heading of several columns: none of them is read", heading));
+        log_.notes.push_back(
+            fmt::format("several columns have the heading \"{}\", so none of them is read: rename them", heading));
       }
     }
   }
@@ -43,7 +44,7 @@ class Guess {
   void make() {
     for (const std::string& heading : headings_) {
       parsed_.push_back(read_heading(heading, headings_));
-      // A unit below the headings is treated like one in brackets behind its heading.
+      // A unit below a heading is treated like a unit in brackets at the end of the heading.
       if (const std::string unit = tables_.front().unit(heading); !unit.empty())
         parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
     }
@@ -56,7 +57,7 @@ class Guess {
     apply_hints();
     if (hints_.states.empty() && hints_.outputs.empty()) decide_by_exclusion();
     for (GuessedColumn& column : log_.columns)
-      if (column.why.empty()) column.why = "neither its heading nor its numbers tell";
+      if (column.why.empty()) column.why = "neither its heading nor its numbers show its role";
     derive_velocities();
     note_missing();
     name_apart();
@@ -77,8 +78,9 @@ class Guess {
   void note_missing() {
     for (const GuessedColumn& column : log_.columns)
       if (!column.missing.empty() && (column.role != ColumnRole::kIgnored || !column.is_decided))
-        log_.notes.push_back(fmt::format("{}: taken for missing; if these are readings, delete missing = {}",
-                                         column.where_missing, show_cells(column.missing)));
+        log_.notes.push_back(
+            fmt::format("{}: these values are treated as missing; if they are readings, delete missing = {}",
+                        column.where_missing, show_cells(column.missing)));
   }
 
   /// Makes column `i` the clock. Throws codegen::Error if it is not a clock.
@@ -87,7 +89,7 @@ class Guess {
     const ColumnNumbers stamps = ColumnNumbers::of_clock(tables_, headings_[i], notes);
     log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
     const TimeUnit unit =
-        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day are read in s"} : time_unit(parsed_[i], stamps);
+        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day, read in s"} : time_unit(parsed_[i], stamps);
     const ColumnNumbers::Steps steps = stamps.steps();
     log_.clock = {
         headings_[i],         unit.name, steps.median * unit.seconds, steps.deviation, steps.duration * unit.seconds,
@@ -103,7 +105,7 @@ class Guess {
         return take_clock(i, "its heading, and it increases");
       } catch (const codegen::Error& error) {
         log_.notes.push_back(
-            fmt::format("\"{}\" is named like a time, and cannot be the clock: {}", headings_[i], error.what()));
+            fmt::format("\"{}\" is named like a time but cannot be the clock: {}", headings_[i], error.what()));
       }
     }
   }
@@ -126,12 +128,12 @@ class Guess {
       if (is_half_stamp(parsed_[i], parsed_)) halves.push_back(fmt::format("\"{}\"", headings_[i]));
     if (!halves.empty())
       log_.notes.push_back(
-          fmt::format("{} are one stamp in two columns, and no clock is read from two: write seconds + 1e-9 * "
-                      "nanoseconds into one column, with all digits",
+          fmt::format("{} contain one time stamp in two columns, but a clock must be one column: write seconds + 1e-9 "
+                      "* nanoseconds into one column, with all digits",
                       fmt::join(halves, " and ")));
   }
 
-  /// Returns the reason why a column that is not the clock is still a time; empty: none.
+  /// Returns the reason why a column that is not the clock is a time nevertheless; empty: it is not a time.
   std::string why_other_time(std::size_t i) const {
     if (is_half_stamp(parsed_[i], parsed_)) return "a part of a stamp";
     static const std::vector<std::string> kUnits = {"s", "ms", "us", "ns"};
@@ -139,8 +141,8 @@ class Guess {
     // A column "T" that does not increase is a temperature.
     const bool is_time = is_time_word(parsed_[i]) && (parsed_[i].name.size() > 1 || numbers_[i].increases());
     if (!is_time && !(has_time_unit && numbers_[i].increases())) return "";
-    return log_.clock.heading.empty() ? "named like a time, and no clock"
-                                      : fmt::format("a time, and \"{}\" is the clock", log_.clock.heading);
+    return log_.clock.heading.empty() ? "named like a time, but not a clock"
+                                      : fmt::format("a time, but \"{}\" is the clock", log_.clock.heading);
   }
 
   void add(std::size_t i) {
@@ -156,7 +158,7 @@ class Guess {
     column.missing = numbers.missing();
     column.where_missing = numbers.where_missing();
     if (!numbers.is_numeric()) {
-      column.why = fmt::format("its cells are no numbers: \"{}\"", numbers.first_cell());
+      column.why = fmt::format("its cells are not numbers: \"{}\"", numbers.first_cell());
       return;
     }
     const FullTurn turn = full_turn(numbers, column.unit);
@@ -164,7 +166,7 @@ class Guess {
     column.jumps = turn.jumps;
     if (column.unit.empty()) column.unit = turn.unit;
     if (numbers.is_constant()) {
-      column.why = "it has one value everywhere";
+      column.why = "all its values are equal";
       return;
     }
     if (numbers.counts_rows()) {
@@ -210,7 +212,7 @@ class Guess {
       for (GuessedColumn& column : log_.columns)
         if (!hints.empty() && column.role == role && !is_given(hints, column) && !column.why.ends_with("names it")) {
           column.role = ColumnRole::kIgnored;
-          column.why = "the options name others";
+          column.why = "the options name other columns";
         }
     };
     not_named(hints_.outputs, ColumnRole::kOutput);
@@ -231,9 +233,9 @@ class Guess {
   }
 
   /// Decides roles by exclusion. If some columns are named as sensors and none as truth, the rest is truth, and the
-  /// other way round. Two kinds of columns of the rest are sensors, as long as another one remains to be estimated: a
-  /// slow sensor, with a value in each n-th row while other columns have one in every row; and a column of a quantity
-  /// that is usually measured.
+  /// other way round. Of the remaining columns, two kinds are sensors, as long as another column remains to be
+  /// estimated: a slow sensor, which has a value in every n-th row while other columns have one in every row; and a
+  /// column of a quantity that is usually measured.
   void decide_by_exclusion() {
     const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
     if (sensors == truth) return;
@@ -250,7 +252,7 @@ class Guess {
       column.is_decided = true;
       if (sensors && has_dense && column.spacing > 0) {
         column.role = ColumnRole::kOutput;
-        column.why = fmt::format("CHECK: a value in each {}th row, and others have one in every row: a slow sensor?",
+        column.why = fmt::format("CHECK: it has a value in every {}th row, other columns in every row: a slow sensor?",
                                  column.spacing);
         continue;
       }
@@ -261,8 +263,8 @@ class Guess {
         continue;
       }
       column.role = sensors ? ColumnRole::kState : ColumnRole::kOutput;
-      column.why = sensors ? "CHECK: others are named as sensors, and this one is not: the truth?"
-                           : "CHECK: others are named as truth, and this one is not: a sensor?";
+      column.why = sensors ? "CHECK: other columns are named as sensors, but this one is not: the truth?"
+                           : "CHECK: other columns are named as truth, but this one is not: a sensor?";
     }
   }
 
@@ -278,7 +280,8 @@ class Guess {
       state.unit = column.unit.empty() ? "" : column.unit + "/s";
       state.role = ColumnRole::kState;
       state.derivative_of = column.name;
-      state.why = "no column is a truth: its derivative, by a filter that looks ahead in the log";
+      state.why =
+          "the log has no truth: the derivative of this output, by a filter that also uses later rows of the log";
       state.low = 1.0;
       derived.push_back(std::move(state));
     }
@@ -319,14 +322,14 @@ void keep_common_headings(const std::vector<CsvTable>& tables, GuessedLog& log) 
     for (const std::string& heading : tables.front().headings())
       if (std::ranges::find(table.headings(), heading) == table.headings().end())
         throw codegen::Error(
-            fmt::format("{}: has no column \"{}\", which {} has: give logs of one rig, or begin with the one that has "
-                        "the fewest columns",
+            fmt::format("{}: has no column \"{}\", but {} has one: give logs of one rig, or give the log with the "
+                        "fewest columns first",
                         table.file(), heading, tables.front().file()));
   for (const CsvTable& table : tables)
     for (const std::string& heading : table.headings())
       if (std::ranges::find(tables.front().headings(), heading) == tables.front().headings().end())
-        log.notes.push_back(fmt::format("{}: its column \"{}\" is not in {}, and left out", table.file(), heading,
-                                        tables.front().file()));
+        log.notes.push_back(fmt::format("{}: its column \"{}\" is left out, because {} does not have it", table.file(),
+                                        heading, tables.front().file()));
 }
 
 }  // namespace
@@ -356,8 +359,8 @@ GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hint
     if (tables.empty()) log.format = format;
     if (format.separator != log.format.separator || format.decimal != log.format.decimal)
       log.notes.push_back(
-          fmt::format("{}: separates its cells or decimals differently from {}: it is read with its own separators",
-                      file, tables.front().file()));
+          fmt::format("{}: has other separators of cells or decimals than {}: it is read with its own separators", file,
+                      tables.front().file()));
     tables.push_back(CsvTable::parse(std::move(text), file, format));
     log.rows += tables.back().rows();
   }

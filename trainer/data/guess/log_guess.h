@@ -20,13 +20,13 @@ struct LogHints {
 struct GuessedColumn {
   std::string heading, name, unit;
   ColumnRole role = ColumnRole::kIgnored;
-  bool is_decided = true;            ///< false: the column is ignored until the user chooses its role
-  double wrap = 0.0;                 ///< full turn, in its unit; 0: not an angle that wraps
-  bool jumps = false;                ///< true if the log shows that it wraps; else only unit and range suggest it
-  std::string derivative_of;         ///< the output whose derivative this state is
-  std::string why;                   ///< the reason for the role
+  bool is_decided = true;     ///< false: the column is ignored until the user chooses its role
+  double wrap = 0.0;          ///< full turn, in its unit; 0: not an angle that wraps
+  bool jumps = false;         ///< true: the log shows that the angle wraps; false: only unit and range suggest it
+  std::string derivative_of;  ///< the output whose derivative this state is
+  std::string why;            ///< the reason for the role
   std::vector<std::string> missing;  ///< cells that seem to mean no value
-  std::string where_missing;         ///< place of the first of them, and their number
+  std::string where_missing;         ///< place of the first such cell and their number
   double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: no numbers
   Eigen::Index spacing = 0;          ///< rows from one value to the next; 0: a value in every row, or not regular
   double period_s = 0.0;             ///< the same in seconds; 0 also if the clock is not known
@@ -53,7 +53,7 @@ struct GuessedLog {
   std::vector<std::string> undecided() const;  ///< names of columns without a role
 };
 
-/// Guesses. Throws codegen::Error if a file is not a table of numbers, or if a hint names no column.
+/// Makes the guess. Throws codegen::Error if a file is not a table of numbers, or if a hint names no column.
 GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hints);
 
 }  // namespace nlo::trainer

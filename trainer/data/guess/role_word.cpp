@@ -103,7 +103,7 @@ bool is_among(std::string_view word, const Words& words) {
   return std::ranges::find(words, word) != words.end();
 }
 
-/// Returns the first word of a heading that is in `words`, counted like in role_word(); empty: none.
+/// Returns the first word of a heading that is in `words`, by the rules of role_word(); empty: none.
 std::string among(const Heading& heading, const Words& words) {
   constexpr std::size_t kShortestPair = 3;  // "i_d" is not "id"
   const auto counts = [&](const std::string& word) {
@@ -126,7 +126,7 @@ bool has_heading(const std::vector<Heading>& all, const std::string& name) {
   return std::ranges::find(all, name, &Heading::name) != all.end();
 }
 
-/// Returns true for "u" and "u2": the letter alone.
+/// Returns true if the heading is the letter alone, or with a number: "u" or "u2".
 bool is_letter(const Heading& heading, char letter) {
   return heading.name.size() <= 2 && heading.name.front() == letter &&
          (heading.name.size() == 1 || (heading.name[1] >= '0' && heading.name[1] <= '9'));
@@ -146,11 +146,11 @@ bool is_charge(const Heading& heading) {
 
 /// Returns a role in a log with a state of charge: the voltage is measured, and the load draws the current.
 RoleWord battery_role(const Heading& heading) {
-  if (is_charge(heading)) return {ColumnRole::kState, false, "a state of charge: no sensor gives it"};
+  if (is_charge(heading)) return {ColumnRole::kState, false, "a state of charge: no sensor measures it"};
   if (has(heading, voltage_words()) || heading.unit == "V" || heading.unit == "mV" || is_letter(heading, 'v'))
     return {ColumnRole::kOutput, false, "the voltage of a battery: a sensor"};
   if (has(heading, current_words()) || heading.unit == "A" || heading.unit == "mA" || is_letter(heading, 'i'))
-    return {ColumnRole::kInput, false, "the current of a battery: its load draws it, and it is measured"};
+    return {ColumnRole::kInput, false, "the current of a battery: drawn by the load, and measured"};
   if (has(heading, temperature_words()) || heading.unit == "degC" || is_letter(heading, 't'))
     return {ColumnRole::kOutput, false, "a temperature beside a battery: a sensor"};
   return {};
@@ -198,24 +198,26 @@ RoleWord role_word(const Heading& heading, const std::vector<Heading>& all) {
     return fmt::format("\"{}\" in its heading: {}", word, meaning);
   };
   const auto aside = [](const std::string& word) {
-    return RoleWord{ColumnRole::kIgnored, true, fmt::format("\"{}\" is neither measured nor what acts", word)};
+    return RoleWord{ColumnRole::kIgnored, true,
+                    fmt::format("\"{}\" is neither a measurement nor an input of the plant", word)};
   };
   const bool is_current_of_axis = heading.name == "id" && has_heading(all, "iq");
   if (const std::string word = among(heading, aside_words()); !word.empty() && !is_current_of_axis) return aside(word);
   if (const std::string word = among(heading, truth_words()); !word.empty())
-    return {ColumnRole::kState, false, in_heading(word, "the truth, which only a log has")};
+    return {ColumnRole::kState, false, in_heading(word, "the truth, which is only known in a log")};
   const std::string actuator = has(heading, temperature_words()) ? "" : among(heading, actuator_words());
   if (const std::string word = among(heading, set_point_words()); !word.empty() && actuator.empty()) {
     if (has_command(all)) return aside(word);
-    return {ColumnRole::kInput, false, in_heading(word, "CHECK: no column is the command that follows from it")};
+    return {ColumnRole::kInput, false,
+            in_heading(word, "CHECK: a set point; no column is the command that follows from it")};
   }
   if (const std::string word = among(heading, command_words()); !word.empty())
-    return {ColumnRole::kInput, false, in_heading(word, "what a controller commands")};
-  if (!actuator.empty()) return {ColumnRole::kInput, false, in_heading(actuator, "what a controller commands")};
+    return {ColumnRole::kInput, false, in_heading(word, "the command of a controller")};
+  if (!actuator.empty()) return {ColumnRole::kInput, false, in_heading(actuator, "the command of a controller")};
   if (std::ranges::any_of(all, is_charge))
     if (RoleWord role = battery_role(heading); !role.why.empty()) return role;
   if (is_letter(heading, 'u'))
-    return {ColumnRole::kInput, false, in_heading(heading.name, "what a controller commands")};
+    return {ColumnRole::kInput, false, in_heading(heading.name, "the command of a controller")};
   if (const std::string word = among(heading, sensor_words()); !word.empty())
     return {ColumnRole::kOutput, false, in_heading(word, "a sensor")};
   if (is_axis(heading, all))
@@ -223,7 +225,7 @@ RoleWord role_word(const Heading& heading, const std::vector<Heading>& all) {
   for (const char* suffix : {"_measured", "_meas", "_noisy", "_raw", "_sensor"})
     if (has_heading(all, heading.name + suffix))
       return {ColumnRole::kIgnored, true,
-              fmt::format("\"{}{}\" is the same as a sensor gives it", heading.name, suffix)};
+              fmt::format("\"{}{}\" is the measurement of the same quantity", heading.name, suffix)};
   if (is_driving_voltage(heading))
     return {ColumnRole::kInput, false, in_heading(among(heading, voltage_words()), "CHECK: it drives a motor?")};
   if (is_letter(heading, 'y') && !has_heading(all, "x")) return {ColumnRole::kOutput, false, "an output by its letter"};

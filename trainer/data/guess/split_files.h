@@ -14,9 +14,10 @@ struct LogFileSplit {
   std::vector<std::string> train, validation, test;  ///< paths relative to it
 };
 
-/// One file trains. Of two, the second validates. Of three to nine, the last tests and the one before validates. Of
-/// more, every fifth tests, and the file two places before it validates. A file that is a copy of another one is left
-/// out, with a note. Throws codegen::Error for a name that is not a file.
+/// Splits the files by their number. One file: training. Two files: the second is for validation. Three to nine files:
+/// the last is for the test, the one before it for validation. More files: every fifth is for the test, and the file
+/// two places before it for validation. A copy of another file is left out, with a note. Throws codegen::Error for a
+/// name that is not a file.
 LogFileSplit split_log_files(std::vector<std::string> files, std::vector<std::string>& notes);
 
 }  // namespace nlo::trainer

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Activations over SIMD registers for training: a = s(v), s'(v) and s''(v), in float by the functions that fly. One
-// specialisation for each row of codegen/model/activations.h that can be trained; without one, a row does not compile
-// here.
+// Activations over SIMD registers for training: a = s(v), s'(v) and s''(v). In float they are the functions of the
+// runtime. Each row of codegen/model/activations.h that can be trained has a specialisation; a row without one does not
+// compile here.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@
 
 namespace nlo::trainer {
 
-/// tanh as it flies in float. In double, for comparisons of gradients with finite differences, it is exact, because the
-/// slope 1 - a^2 is that of tanh and not of its approximation.
+/// tanh. In float it is the runtime's approximation. In double it is exact: gradients are compared with finite
+/// differences there, and the slope 1 - a^2 belongs to tanh and not to its approximation.
 template <class P>
 NLO_INLINE P smooth_tanh(P v) {
   using Scalar = typename simd::ScalarOf<P>::Type;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sums over the lanes of many registers at once: as many registers as a register has lanes become one register of their
-// sums. This takes one addition per register; register by register it would take one per lane.
+// Sums the lanes of several registers at once. The input has as many registers as a register has lanes; the result is
+// one register with the sum of each. This takes one addition per register. Summing each register separately would take
+// one addition per lane.
 #pragma once
 
 #include <cstddef>

@@ -10,7 +10,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// True if s' needs the pre-activations, because it is not a function of the activations alone.
+/// True if s' is not a function of the activations alone, so that the pre-activations must be stored.
 template <Activation kKind>
 constexpr bool kKeepsInputs = codegen::activation_row(kKind).slope_needs_input;
 

@@ -34,7 +34,8 @@ float weight_bound(Activation activation, float fan_in, float fan_out) {
     case codegen::WeightBound::kHe:
       return std::sqrt(6.0F / fan_in);
   }
-  throw codegen::Error("this activation has no bound for its first weights; give its row one");
+  throw codegen::Error(
+      "this activation has no bound for initial weights; add one to its row in codegen/model/activations.h");
 }
 
 }  // namespace

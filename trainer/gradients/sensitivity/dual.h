@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A number and its derivative. The discretisation formulas of the runtime, evaluated with it, give their derivative
-// with respect to the eigenvalue, for every hold and without a second copy of them. The coefficients are analytic in
-// lambda, so seeding the real part gives the complex derivative.
+// A number and its derivative. If the discretisation formulas of the runtime are evaluated with dual numbers, they also
+// give their derivative with respect to the eigenvalue, for every hold and without a second copy of the formulas. The
+// coefficients are analytic in lambda, so seeding the real part gives the complex derivative.
 #pragma once
 
 namespace nlo::trainer {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a latent system over groups of trajectories, forward, and backward for its gradient. This is all that the
-// objective knows about the dynamics of a structure.
+// Runs a latent system over groups of trajectories, forward, and backward for its gradient. The objective uses the
+// dynamics of a structure only through this interface.
 #pragma once
 
 #include <functional>
@@ -39,8 +39,8 @@ class LatentDynamics {
 /// The filter of linear_latent.h.
 class LinearLatent final : public LatentDynamics {
  public:
-  /// eigenvalues: initial, n_z. steps_s: the distinct steps of the data. fixed: the eigenvalues are not learned, so
-  /// that their coefficients (one set per sample on jittered logs) are computed once.
+  /// eigenvalues: initial eigenvalues, n_z. steps_s: the distinct steps of the data. fixed: true if the eigenvalues are
+  /// not learned; their coefficients (one set for each distinct step) are then computed only once.
   LinearLatent(LatentShape shape, std::vector<double> eigenvalues, const std::vector<double>& steps_s, bool fixed);
 
   void prepare(const float* parameters) override;
@@ -61,8 +61,8 @@ class OdeLatent final : public LatentDynamics {
  public:
   using Factory = std::function<std::unique_ptr<OdeDynamics<float>>()>;
 
-  /// make: makes an instance for each of `threads`. shape: readings and modes of the latent system. gradient: the
-  /// adjoint, otherwise backprop.
+  /// make: returns the dynamics for one of `threads`. shape: readings and modes of the latent system. gradient:
+  /// adjoint, or else backprop.
   OdeLatent(const Factory& make, int threads, const LatentShape& shape, LatentGradient gradient,
             const std::vector<double>& steps_s);
 

@@ -17,7 +17,7 @@
 
 namespace nlo::trainer {
 
-/// Trajectories are filtered eight side by side.
+/// Number of trajectories that are filtered side by side.
 inline constexpr int kGroup = 8;
 
 /// One mode of D: a real eigenvalue (one latent row) or a complex pair (two rows), driven by one reading; or a clock.
@@ -30,14 +30,14 @@ struct Mode {
 struct LatentShape {
   std::vector<Mode> modes;  ///< pairs, then real ones, then clocks
   int rows = 0;             ///< n_z
-  int learned = 0;          ///< number of rows whose eigenvalue is a parameter: all but the clocks
+  int learned = 0;          ///< number of rows whose eigenvalue is a parameter: all rows except clocks
   Hold hold = Hold::kFirstOrder;
   Injection injection = Injection::kOnes;
   bool starts_steady = false;
   /// Readings from this index on are commands: the value of a sample has acted since the last sample.
   int commands_from = std::numeric_limits<int>::max();
 
-  /// Returns how many samples ahead a reading is taken at the start of its step.
+  /// Returns 1 if the reading at the start of a step is that of the next sample (a command), else 0.
   int ahead(int reading) const { return reading >= commands_from ? 1 : 0; }
 };
 

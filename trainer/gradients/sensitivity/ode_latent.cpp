@@ -62,7 +62,7 @@ class Step {
   std::array<Scalar, kGroup> h_{};
 };
 
-/// Computes to += factor h x, lane by lane.
+/// Adds factor h x to `to`, lane by lane.
 template <class Scalar>
 void add_scaled(Lanes<Scalar>& to, double factor, const Scalar* h, const Lanes<Scalar>& x) {
   if (factor == 0.0) return;
@@ -174,8 +174,8 @@ void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
     step.output(0.5, y.data());
     dynamics.derivative(kMiddle, middle.data(), y.data(), unused.data());
 
-    // Backward in time p grows by (dF/dz)^T p. pull_back() is linear in its cotangent: a stage that is scaled by its
-    // weight in the step also adds its part of mu with the right weight.
+    // Backward in time p grows by (dF/dz)^T p. pull_back() is linear in its cotangent: if a stage's cotangent is scaled
+    // by its weight in the step, the stage also adds its part of mu with this weight.
     next = p;
     stage = p;
     const int slots[] = {kEnd, kMiddle, kMiddle, kBegin};

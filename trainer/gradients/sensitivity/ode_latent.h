@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A latent system that is not linear, over whole trajectories: an explicit Runge-Kutta roll-out and its two gradients.
+// Integrates a nonlinear latent system over whole trajectories by an explicit Runge-Kutta method, and computes its
+// gradient in two ways:
 //   backprop  exact for the discrete steps: each step's stages are run again from the stored z_k and pulled back
 //   adjoint   Proposition 1, (13)-(14): p' = -p dF/dz integrated backwards by RK4, with dl/dz_k added at the samples;
 //             mu' = -p dF/dtheta by the same weights. z between samples is the cubic Hermite interpolant of the stored
 //             z_k (fourth order; integrating z itself backwards would undo the contraction that makes it an observer).
-// Both keep z at the samples and one step's activations: O(layers) memory beside the trajectory. Their difference falls
-// at the fourth order in the step.
+// Both store z at the samples and the activations of one step, so they need O(layers) memory beside the trajectory.
+// Their difference decreases with the fourth power of the step.
 #pragma once
 
 #include <limits>
@@ -15,8 +16,8 @@
 
 namespace nlo::trainer {
 
-/// A method of the runtime (kEuler, kHeun, kRk4: explicit_rk.h) with any number of stages, so that training equals
-/// flight. The tableau must outlive it; tableaux are constants.
+/// A Runge-Kutta method of the runtime (kEuler, kHeun, kRk4: explicit_rk.h), so that training computes the same steps
+/// as flight. It may have any number of stages. The tableau must outlive it; tableaux are constants.
 ///   z_i = z + h sum_j a_ij k_j,  k_i = F(z_i, y(t + c_i h)),  z+ = z + h sum_i b_i k_i,  j < i
 class RungeKutta {
  public:

@@ -13,7 +13,7 @@ double add_penalty(double share, double lambda, double& loss) {
 
 LossTerm eigenvalue_penalty_loss() {
   return {.name = "eigenvalue_penalty",
-          .meaning = "gamma of gamma |lambda|^2 (20)",
+          .meaning = "weight gamma of the eigenvalue penalty gamma |lambda|^2 (20)",
           .needs_eigenvalues = true,
           .form = EigenvalueLoss{add_penalty}};
 }

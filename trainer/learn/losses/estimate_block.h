@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Estimates at a block of samples beside the truth, for losses of x_hat. Either T* reads z and y through its features,
-// or z itself is the estimate.
+// Compares the estimates at a block of samples with the truth, for losses of x_hat. Either T* reads z and y through its
+// features, or z itself is the estimate.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct SampleRange {
 
 class EstimateBlock {
  public:
-  /// Both arguments must outlive this object. Means and scales may still change until the first block.
+  /// `structure` must outlive this object. Its means and scales may still change until the first block.
   explicit EstimateBlock(const ObserverStructure& structure, bool normalised);
 
   /// Runs T* at these samples and compares its estimates with the truth. error() and squares() refer to these samples

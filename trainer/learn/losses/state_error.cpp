@@ -5,7 +5,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Adds share sum_s w_s |x - x_hat|^2 over a block. Each state counts in its own unit, or normalised.
+/// Adds share sum_s w_s |x - x_hat|^2 over a block. States are in their own units, or normalised.
 void add_state_error(EstimateBlock& block, double share, bool backward, double& loss) {
   const float* weights = block.weights();
   for (std::size_t i = 0; i < block.states(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The entries that loss_registry.cpp lists. Each is defined in the file of its name; terminal_loss is in that of the
-// state error.
+// The entries that loss_registry.cpp lists. Each one is defined in the file of its name; terminal_loss is in
+// state_error.cpp.
 #pragma once
 
 #include "trainer/learn/losses/loss_registry.h"

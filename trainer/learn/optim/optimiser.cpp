@@ -80,7 +80,7 @@ double warm_restarts(const TrainingConfig& config, double step) {
 
 const std::vector<OptimiserEntry>& optimisers() {
   static const std::vector<OptimiserEntry> kEntries = {
-      {"adam", 2, adam},  // first and second moments, one after the other
+      {"adam", 2, adam},  // stores the first moments, then the second moments
       {"gradient_descent", 0, gradient_descent},
   };
   return kEntries;

@@ -58,8 +58,8 @@ class Optimiser {
 
   std::vector<float>& memory() { return memory_; }
 
-  /// Sets the first moments to zero, so that the next step has no momentum. The second moments stay, so that it is no
-  /// longer than usual.
+  /// Sets the first moments to zero, so that the next step has no momentum. The second moments stay, so that this step
+  /// is no longer than usual.
   void forget_direction();
 
  private:

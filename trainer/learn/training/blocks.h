@@ -31,10 +31,10 @@ class Blocks {
   /// Returns the index of the first terminal block. Terminal blocks are the last ones.
   std::size_t first_terminal() const { return first_terminal_; }
 
-  /// Makes the running cost mean log(m + floor) over the groups, where m is the mean squared error of a group: then a
-  /// run with little noise counts as much as a run with much noise. The gradient at a sample is 1 / (m + floor) times
-  /// that of the mean, and the shares are set to this factor. Returns the difference between the cost and the sum of
-  /// squares with these shares.
+  /// Changes the running cost to the mean of log(m + floor) over the groups, where m is the mean squared error of a
+  /// group. Then a run with little noise counts as much as a run with much noise. The gradient at a sample is that of
+  /// the mean squared error times 1 / (m + floor), and the shares are set to this factor. Returns the difference
+  /// between the cost and the sum of squares with these shares.
   ///   squares  sum of weighted squared errors of each group
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 

@@ -184,7 +184,7 @@ std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs) {
 }
 
 bool has_checkpoint(const std::string& directory) {
-  std::error_code ignored;  // a name that is too long is reported where the folder is made
+  std::error_code ignored;  // an error is ignored here, because making the folder will report it
   return std::filesystem::exists(directory + "/checkpoint.bin", ignored);
 }
 

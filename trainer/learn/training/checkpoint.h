@@ -41,10 +41,10 @@ struct CheckpointOwner {
 /// Replaces the file atomically. `fingerprint` is the hash of experiment and data.
 void write_checkpoint(const TrainingState& state, std::uint64_t fingerprint, const std::string& path);
 
-/// Throws codegen::InputError if the file is damaged, has another version, belongs to another experiment or data, or
-/// has more finished steps than the experiment asks for. The result has the sizes of the owner, at least one row of
-/// metrics, rows in the order of their steps, and a finite best error. Its parameters may be any numbers, because a
-/// diverged training is kept, too.
+/// Reads a checkpoint. Throws codegen::InputError if the file is damaged, has another version, belongs to another
+/// experiment or data, or has more finished steps than the experiment asks for. The result has the sizes of the owner,
+/// at least one row of metrics, rows in the order of their steps, and a finite best error. Its parameters may be any
+/// numbers, because a diverged training is kept, too.
 TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner);
 
 /// Returns true if the folder has a checkpoint.bin, so that a training can be resumed there.

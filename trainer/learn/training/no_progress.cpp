@@ -37,7 +37,7 @@ std::string name_of(const ObserverStructure& structure, const std::vector<Channe
 /// near 0.
 std::optional<std::string> off_centre(const Dataset& dataset) {
   std::string furthest;
-  double most = 1.0;  // a mean within one deviation proves nothing, because a few runs need not be balanced
+  double most = 1.0;  // a mean within one deviation is no evidence, because a few runs need not be balanced
   const auto look_at = [&](const std::vector<Channel>& channels, Eigen::MatrixXd Trajectory::*signal,
                            const std::vector<bool>& odd, std::size_t first) {
     for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -85,8 +85,8 @@ bool closed_form_is_best(const std::vector<MetricsRow>& metrics, const ObserverS
 
 std::string closed_form_text(const std::vector<MetricsRow>& metrics) {
   return fmt::format(
-      "the closed form is best: none of {} training steps lowered the validation error of the ridge regression that T* "
-      "starts from ({:.3g}; now {:.3g}). That regression is the model",
+      "the closed form is best: none of {} training steps improved the ridge regression with which training starts "
+      "(its validation error is {:.3g}; now {:.3g}). The ridge regression is the model",
       metrics.back().step, metrics.front().validation_rmse, metrics.back().validation_rmse);
 }
 
@@ -149,7 +149,7 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   std::string text = "Likely causes, the most likely one first: ";
   for (std::size_t i = 0; i < causes.size(); ++i) text += (i > 0 ? "; " : "") + causes[i];
   if (largest.reach <= kFarBeyondScale && !reach.empty())
-    text += fmt::format(". Features are not to blame: {}, the most of all", reach);
+    text += fmt::format(". No feature leaves its scale: {}, the largest value", reach);
   return text + ".";
 }
 

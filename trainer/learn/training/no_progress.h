@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// Returns an empty text if the run improved on its start, else the reason, for users:
+/// Returns an empty text if the run improved its initial model. Otherwise returns the reason as a text for users:
 ///   the best model is that of step 0 (no validation error is below the first), or
 ///   the loss grew and stayed large: every loss recorded in the last quarter of the run is above the first.
 /// `metrics`: as in metrics.csv; the first row is step 0.

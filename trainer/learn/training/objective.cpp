@@ -14,7 +14,7 @@ namespace {
 /// are added in order, so the result has the same bytes for any number of threads.
 constexpr int kChunks = 16;
 
-/// As a share of a state's deviation. The logarithm hardly rewards errors below it.
+/// Errors below this share of a state's deviation hardly lower the logarithmic cost.
 constexpr double kLogarithmFloor = 0.005;
 
 }  // namespace

@@ -39,8 +39,9 @@ class Objective {
   ///   gradient  n parameters; null: only the value is computed
   ObjectiveValue evaluate(const float* parameters, long step, float* gradient);
 
-  /// Returns sqrt(mean |x - x_hat|^2) over whole runs and all samples, with the same noise in every call. It is
-  /// normalised if the loss is. Otherwise the state with the largest values would decide alone which model is best.
+  /// Returns sqrt(mean |x - x_hat|^2) over whole runs and all samples, with the same noise in every call. If the loss
+  /// is normalised, so is the result; otherwise the state with the largest values alone would decide which model is
+  /// best.
   double validate(const float* parameters) { return validation(parameters).rmse; }
   ObjectiveValue validation(const float* parameters);
 
@@ -58,7 +59,7 @@ class Objective {
     double loss = 0.0;
     std::vector<double> squares;      ///< n_x
     std::vector<float> gradient;      ///< gradient of T* and T
-    std::vector<double> eigenvalues;  ///< gradient of the PDE residual by the eigenvalues, n_z
+    std::vector<double> eigenvalues;  ///< gradient of the PDE residual with respect to the eigenvalues, n_z
   };
   /// The memory of one thread.
   struct Workspace {

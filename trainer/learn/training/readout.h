@@ -10,9 +10,9 @@
 
 namespace nlo::trainer {
 
-/// Errors are RMSE in the state's unit, over whole runs, or over their settled samples if these choose. On left-out
-/// data they are the geometric mean over kinds of logs; otherwise the larger of the RMSE on training data as flown and
-/// of that on validation data. Errors of angles go the short way round.
+/// Readout of one state and its errors. An error is an RMSE in the state's unit over whole runs, or over their settled
+/// samples if these choose the readout. On left-out data it is the geometric mean over kinds of logs; otherwise it is
+/// the larger RMSE of training data (run as in flight) and validation data. An angle's error is the shorter way round.
 struct StateReadout {
   std::string state;
   double share = 1.0;       ///< share of T* as trained; the rest is the linear row
@@ -23,7 +23,7 @@ struct StateReadout {
   double validation = 0.0;  ///< error of the shipped readout on validation data alone
   double constant = 0.0;    ///< error of the state's mean over the training data
   double deviation = 0.0;   ///< the state's standard deviation
-  double sensor = std::numeric_limits<double>::infinity();  ///< error of the best noisy output in its unit
+  double sensor = std::numeric_limits<double>::infinity();  ///< smallest error of a noisy output in the state's unit
   std::string sensor_name = {};                             ///< name of that output; empty: no output has the unit
 };
 
@@ -36,8 +36,8 @@ inline constexpr std::array kReaches = {1.0, 2.0, 4.0, 8.0};
 struct StateSquares {
   double map = 0.0;
   std::vector<double> row, both;  ///< for each candidate: its squares, and its errors times those of T*
-  std::vector<double> reading;    ///< squares of each output in the state's unit; infinite for others
-  double deviation = 0.0;         ///< squared, of the state
+  std::vector<double> reading;    ///< squared errors of each output in the state's unit; infinite for other outputs
+  double deviation = 0.0;         ///< variance of the state
   /// Squares of T* that falls back to a row, for each candidate and each reach of kReaches. Infinite if the
   /// distance of T* and row is unknown (RowCandidate::distance is 0).
   std::vector<std::array<double, kReaches.size()>> fallback;
@@ -57,13 +57,13 @@ struct JudgedSet {
 /// "network", "linear row", "network with fallback", or the share of the network: "0.35 network".
 std::string readout_text(const StateReadout& state);
 
-/// Describes the readouts of all states: "network: v; linear row: p; 0.35 network: w", and behind it how many groups of
-/// logs chose them.
+/// Describes the readouts of all states, followed by the number of groups of logs that chose them: "network: v; linear
+/// row: p; 0.35 network: w (by 4 groups of logs that were left out)".
 std::string readout_fact(const Readout& readout, std::size_t left_out = 0);
 
-/// Returns the reason why the observer is no success, or nothing. The reason is a state whose error is more than 5 %
-/// above that of a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard
-/// deviation.
+/// Returns a text if the observer is worse than a simple estimate, else an empty text. It is worse if the error of a
+/// state exceeds that of a linear row, a constant or a sensor by more than 5 %, and also by more than 0.5 % of the
+/// state's standard deviation.
 std::string below_floor(const Readout& readout);
 
 }  // namespace nlo::trainer

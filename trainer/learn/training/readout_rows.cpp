@@ -119,7 +119,7 @@ void measure_distances(const codegen::Model& model, const MatrixXd& u, const Sam
   }
 }
 
-/// Errors of everything that may estimate one state, and its truth, on N samples.
+/// Errors of all candidates that may estimate one state, and the state's truth, on N samples.
 struct CandidateErrors {
   Eigen::RowVectorXd map, truth;
   std::vector<Eigen::RowVectorXd> rows;

@@ -22,7 +22,7 @@ class RowInputs {
   Eigen::Index all() const { return of_.rows(); }
   bool has_clocks() const { return !clocks_.empty(); }
   const std::vector<int>& readings() const { return readings_; }
-  /// Returns the row that only reads reading `j`, [intercept, columns].
+  /// Returns the row [intercept, columns] that copies one reading.
   Eigen::VectorXd reading_alone(std::size_t index) const;
   /// Returns the inputs of all samples, all() x N.
   Eigen::MatrixXd values(const SampledTruth& samples) const;
@@ -44,7 +44,8 @@ struct RowCandidate {
   Eigen::MatrixXd rows;  ///< n_x x (1 + all)
   bool reads_more = false;
   bool is_constant = false;  ///< the mean of each state
-  /// RMS distance of the rows and T* on training data, n_x. 0: no fallback, as the state wraps. Empty: not measured.
+  /// RMS distance between the rows and T* on training data, n_x. 0: the state wraps, so it has no fallback. Empty: not
+  /// measured.
   Eigen::VectorXd distance = {};
 };
 
@@ -63,7 +64,7 @@ inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
                      const SampledTruth& samples, double settled_from);
 
-/// Number of samples of a set that rows are fitted to and compared on.
+/// Largest number of samples of a set on which rows are fitted and compared.
 inline constexpr Eigen::Index kReadoutSamples = 150000;
 
 /// Returns squared errors on left-out data, for rows that are fitted to `training`. Empty if no truth counts there.

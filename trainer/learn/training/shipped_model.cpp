@@ -46,7 +46,7 @@ class Evidence {
 
   std::size_t rows() const { return sets_.front().all[state_].row.size(); }
 
-  /// Returns the value over whole runs, which people read.
+  /// Returns the value over whole runs, which is reported to users.
   double over_runs(const Value& value) const {
     return together([&](const JudgedSet& set) { return log_mean({&set.all, 1}, value); });
   }
@@ -57,7 +57,7 @@ class Evidence {
     return together([&](const JudgedSet& set) { return log_mean(set.windows, value); });
   }
 
-  /// Returns the value over the settled samples. A set without any counts with all samples.
+  /// Returns the value over the settled samples. If a set has no settled samples, all its samples count.
   double settled(const Value& value) const {
     return together([&](const JudgedSet& set) { return log_mean({&set.windows.back(), 1}, value); });
   }
@@ -65,7 +65,8 @@ class Evidence {
  private:
   using LogOfSet = std::function<double(const JudgedSet&)>;
 
-  /// Where several errors are multiplied, one below 0.1 % of the state's deviation counts as 0.1 %.
+  /// Returns the mean logarithm of a value over the windows. An error below 0.1 % of the state's deviation counts as
+  /// 0.1 %.
   double log_mean(std::span<const SetSquares> windows, const Value& value) const {
     const double least = are_left_out_ || windows.size() > 1 ? 1e-6 : 0.0;
     double sum = 0.0;
@@ -76,8 +77,8 @@ class Evidence {
 
   double together(const LogOfSet& log) const { return are_left_out_ ? typical_of_kinds(log) : worst_of(log); }
 
-  /// Returns the geometric mean over kinds of logs. A kind has the geometric mean of its groups. So each kind counts
-  /// once, however many logs there are of it.
+  /// Returns the geometric mean over kinds of logs, where each kind has the geometric mean of its groups. So each kind
+  /// counts once, independent of its number of logs.
   double typical_of_kinds(const LogOfSet& log) const {
     struct Sum {
       double logs = 0.0, groups = 0.0;
@@ -93,8 +94,8 @@ class Evidence {
     return std::exp(logs / static_cast<double>(kinds.size()));
   }
 
-  /// Returns the worse of training and validation data. Validation data alone may be easier, and then a row wins there
-  /// that loses on harder runs.
+  /// Returns the larger value of training and validation data. Validation data alone may be easier, so that a row would
+  /// win that loses on harder runs.
   double worst_of(const LogOfSet& log) const {
     double worst = -std::numeric_limits<double>::infinity();
     for (const JudgedSet& set : sets_) worst = std::max(worst, log(set));
@@ -106,7 +107,7 @@ class Evidence {
   bool are_left_out_;
 };
 
-/// told_error: the RMSE of a value, as StateReadout has it
+/// told_error: returns the RMSE of a value as StateReadout reports it
 void find_sensor(const codegen::Model& model, const std::function<double(const Evidence::Value&)>& told_error,
                  StateReadout& result) {
   std::vector<double> errors;
@@ -120,16 +121,16 @@ void find_sensor(const codegen::Model& model, const std::function<double(const E
 
 /// Cost of a readout; the smaller one is the better readout.
 struct Cost {
-  double excess;  ///< ratio of its mean square over whole runs and the largest that is allowed; 1 below that
-  double error;   ///< mean square that chooses
+  double excess;  ///< mean square over whole runs / largest allowed one; at least 1
+  double error;   ///< mean square that decides between allowed readouts
   auto operator<=>(const Cost&) const = default;
 
-  /// Both are as good if their squares differ by less than 2 %.
+  /// Returns true if both are equally good: their mean squares differ by less than 2 %.
   bool is_alike(const Cost& least) const {
     return excess <= kAlike * least.excess && (least.excess > 1.0 || error <= kAlike * least.error);
   }
 
-  /// Its error is at least 5 % smaller. Smaller gains on left-out logs did not show on test logs.
+  /// Returns true if the error is at least 5 % smaller. Smaller gains on left-out logs did not appear on test logs.
   bool is_clearly_below(const Cost& other) const {
     return excess <= kAlike * other.excess && error <= 0.95 * 0.95 * other.error;
   }
@@ -146,17 +147,19 @@ struct Choice {
   double squares(const StateSquares& s) const { return reach ? s.fallback[row][*reach] : s.blend(row, share); }
 };
 
-/// Judges all readouts of one state. The geometric mean of transient and settled errors decides, as long as the RMSE
-/// over whole runs, which is mostly that of the transient, is at most 5 % above the least of T* and the rows.
+/// Judges all readouts of one state. The geometric mean of the transient error and the settled error decides. A readout
+/// is allowed if its RMSE over whole runs, which the transient dominates, is at most 5 % above the smallest of T* and
+/// the rows.
 class Judge {
  public:
   /// The evidence outlives it.
-  ///   by_settled  the settled errors decide, whatever the transient
+  ///   by_settled  true: only the settled errors decide
   Judge(const Evidence& evidence, bool by_settled) : evidence_(evidence), by_settled_(by_settled) {
     double least = evidence.over_runs([](const StateSquares& s) { return s.map; });
     for (std::size_t c = 0; c < rows(); ++c)
       least = std::min(least, evidence.over_runs([c](const StateSquares& s) { return s.row[c]; }));
-    constexpr double kOfWholeRuns = 1.05 * 1.05;  // as in below_floor(), so that no choice fails there
+    // The same limit as in below_floor(), so that no chosen readout fails there.
+    constexpr double kOfWholeRuns = 1.05 * 1.05;
     allowed_over_runs_ = kOfWholeRuns * least + 1e-300;
   }
 
@@ -183,9 +186,10 @@ class Judge {
   double allowed_over_runs_;
 };
 
-/// Takes the simplest row that is as good as the best, and its best blend with T*. Of row, T* and blend it chooses the
-/// first that is as good as the best of them. If T* that falls back to the row is clearly better than all three, it
-/// chooses that, with the shortest of the reaches that are as good as the best: it follows the row soonest.
+/// Selects the simplest row that is as good as the best row, and its best blend with T*. Returns the first of row, T*
+/// and blend that is as good as the best of the three. If T* with a fallback to the row is clearly better than all
+/// three, returns it with the shortest reach that is as good as the best reach, because that T* follows the row
+/// soonest.
 Choice choose(const Judge& judge, bool may_fall_back) {
   std::vector<Choice> rows;
   for (std::size_t c = 0; c < judge.rows(); ++c) rows.push_back({.row = c, .share = 0.0});
@@ -203,10 +207,10 @@ Choice choose(const Judge& judge, bool may_fall_back) {
   return judge.first_alike({row, map, blend});
 }
 
-/// Chooses for each state, and writes it into the model's T*.
+/// Chooses the readout of each state and writes it into the model's T*.
 ///   flight        training data as flown with the model's parameters: rows are fitted on it
 ///   validation    whole validation runs, with noise
-///   config        if T* has an error head, it keeps its hidden layers though no state uses them
+///   config        if T* has an error head, T* keeps its hidden layers even if no state uses them
 ///   left_out      left_out_squares() of each group that was left out of a training; these choose. Empty: flight and
 ///                 validation do
 ///   settled_from  end of the transient [sample periods]
@@ -297,7 +301,7 @@ SplitError split_error(const codegen::Model& model, const Rollout& validation, d
   return {error(split.transient), error(split.settled)};
 }
 
-/// End of the transient [sample periods], as the evaluation of the experiment has it.
+/// Returns the end of the transient [sample periods], as in the evaluation of the experiment.
 double settled_from(const TrainingEnd& training) {
   double from_s = training.options.settled_from_s;
   if (!(from_s > 0.0)) from_s = settled_from_s(windows_of(training.experiment, training.dataset.longest_s()));
@@ -306,7 +310,8 @@ double settled_from(const TrainingEnd& training) {
 
 // Facts.
 
-/// The config comes last, because it is long, so that readers of model.json see the other facts first.
+/// Adds the facts of the provenance. The experiment's text comes last, because it is long and readers of model.json
+/// should see the other facts first.
 void record_facts(const TrainingEnd& training, ShippedModel& shipped) {
   const KnownFacts& known = training.options.facts;
   auto& facts = shipped.model.provenance;
@@ -324,10 +329,11 @@ void record_facts(const TrainingEnd& training, ShippedModel& shipped) {
 
 // Error head.
 
-constexpr Eigen::Index kCalibrated = 200000;  // samples of a set
+constexpr Eigen::Index kCalibrated = 200000;  // largest number of samples of a set
 
-/// Fitted on training runs as flown and on segments as drawn, of any length and noise; calibrated on groups of
-/// logs that other trainings have left out, and on whole validation runs unless these are the training's.
+/// Returns the error head. It is fitted on training runs as in flight and on segments as drawn in training. It is
+/// calibrated on the groups of logs that other trainings have left out, and on whole validation runs unless these are
+/// also training runs.
 codegen::ErrorHead error_head(const codegen::Model& model, const float* parameters, const Rollout& flight,
                               Objective& objective, const Rollout& whole_runs, const TrainingEnd& training) {
   constexpr Eigen::Index kFitted = 30000;

@@ -3,7 +3,7 @@
 //   1. the parameters: those of the lowest validation error of all steps
 //   2. the readout of each state: T* as trained, a linear row, or a blend of both,
 //        x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
-//      whichever has the least error on logs that were left out of trainings like this one (left_out.h), or else on
+//      whichever has the smallest error on logs that were left out of trainings like this one (left_out.h), or else on
 //      training data or on validation data, whichever is worse. The error is the geometric mean of the RMSE before and
 //      after the end of the transient. The row is fitted on the features as they are then. So an observer is not worse
 //      there than the linear row, than a constant, or than a sensor of that state.

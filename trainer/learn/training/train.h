@@ -41,7 +41,7 @@ struct LeftOutGroup {
 /// Facts for the provenance of the shipped model that only the caller knows. An empty text is left out.
 struct KnownFacts {
   std::string ignored_inputs;  ///< names of the plant's inputs that the observer is not given
-  std::string input_delay;     ///< age of each input in flight; recorded if the model reads inputs
+  std::string input_delay;     ///< delay of each input in flight; recorded if the model reads inputs
   std::string training_logs;   ///< TrainingLogs as text
 };
 
@@ -50,8 +50,8 @@ struct KnownFacts {
 struct SplitError {
   double transient = 0.0;
   double settled = 0.0;
-  /// Geometric mean, so that a change by some per cent counts alike in both. The transient, which is larger, would hide
-  /// the settled error in a mean.
+  /// Returns the geometric mean, so that a relative change counts equally in both errors. In an arithmetic mean, the
+  /// larger transient error would hide the settled error.
   double both() const { return std::sqrt(transient * settled); }
 };
 
@@ -62,7 +62,8 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are left out of the training. TrainingResult::left_out has the errors on them.
   std::vector<LeftOutLogs> left_out = {};
-  /// Errors of such trainings. They select the readouts (shipped_model.h) and set the size of the error head.
+  /// Errors of trainings that left out logs. They select the readouts (shipped_model.h) and set the size of the error
+  /// head.
   std::vector<LeftOutGroup> evidence = {};
   KnownFacts facts = {};
   /// t_c [s] of TrainingResult::split and of the choice of readouts. 0: no split is computed; the choice uses the t_c
@@ -87,7 +88,7 @@ struct TrainingResult {
   codegen::Model model;                ///< the model with the lowest validation error so far
   Readout readout;                     ///< the readouts of its states, and the alternatives
   std::size_t groups = 0;              ///< number of left-out groups that selected `readout`; 0: its own data did
-  std::vector<LeftOutGroup> left_out;  ///< results on TrainOptions::left_out, without groups that have no truth
+  std::vector<LeftOutGroup> left_out;  ///< errors on TrainOptions::left_out; groups without truth are omitted
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;
@@ -98,7 +99,7 @@ struct TrainingResult {
                     ///< clipped)
 };
 
-/// Trains on `training` and selects the model by its error on `validation` (with the training noise). Throws
+/// Trains on `training` and selects the model with the smallest error on `validation` (with the training noise). Throws
 /// codegen::Error if the experiment cannot be trained, for example on no trajectories.
 TrainingResult train(const Experiment& experiment, const Dataset& training, const Dataset& validation,
                      const TrainOptions& options);

@@ -16,17 +16,17 @@ namespace nlo::trainer {
 
 inline constexpr double kNormal95 = 1.959963984540054;  ///< 95 % of a normal distribution lie within this many sigmas
 
-/// Returns the smallest of `values` which at least the share `p` of the weight does not exceed; 0 < p <= 1. At least
-/// one value.
+/// Returns the p-quantile: the smallest of `values` such that values up to it have at least the share `p` of the
+/// weight; 0 < p <= 1. Needs at least one value.
 double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& weights, double p);
 
 /// Returns sigma of each sample by a head, n_x x N, computed outside of the domain in the same way as inside.
 Eigen::MatrixXd deviations_everywhere(const codegen::ErrorHead& head, const ErrorSamples& samples);
 
-/// |error| / sigma for the head of the model that made the errors.
+/// Ratios |error| / sigma, with sigma from the error head of the model that made the errors.
 struct ErrorScores {
   Eigen::MatrixXd ratios;   ///< n_x x N
-  Eigen::VectorXd weights;  ///< N, known_weights(), because the error is unknown outside of the domain
+  Eigen::VectorXd weights;  ///< N, by known_weights()
 };
 
 ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples);

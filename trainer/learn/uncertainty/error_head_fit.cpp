@@ -73,7 +73,8 @@ double cost_of(const codegen::ErrorHead& head, const ErrorSamples& samples, cons
 
 codegen::ErrorHead fit_error_head(const ErrorSamples& training, const ErrorSamples& validation) {
   if (training.size() == 0 || validation.size() == 0)
-    throw codegen::Error("no error of the observer is known: every sample is masked");
+    throw codegen::Error(
+        "the error head cannot be fitted, because the truth of every sample is masked: unmask some samples");
   const VectorXd weights = training.known_weights(), validation_weights = validation.known_weights();
   const Standardised x(codegen::error_features(training.hidden), weights / weights.sum());
   const Index nx = training.errors.rows(), n = x.scale.size();

@@ -25,8 +25,8 @@ struct ErrorSamples {
 };
 
 /// Returns about `count` of the samples of `rollout` whose truth counts, or all if there are fewer. They are spread
-/// evenly over its segments, in each from another offset. `rollout` must use the parameters of `model`, whose T* has a
-/// hidden layer.
+/// evenly over its segments, with a different offset in each segment. `rollout` must use the parameters of `model`,
+/// whose T* has a hidden layer.
 ErrorSamples error_samples(const codegen::Model& model, const Rollout& rollout, Eigen::Index count);
 
 }  // namespace nlo::trainer
