@@ -119,10 +119,11 @@ TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeItRunsThem) {
   EXPECT_THAT(refusal({"--as-trained", "--against", "ekv"}), HasSubstr("ekv"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--noise", "none"}), HasSubstr("--conditions excludes --noise"));
-  EXPECT_THAT(refusal({"--conditions", "mine.toml", "--against", "ekf_true"}), HasSubstr("ekf_true is not for --cond"));
-  EXPECT_THAT(refusal({"--quick"}), HasSubstr("is for tests under conditions; add --conditions FILE"));
+  EXPECT_THAT(refusal({"--conditions", "mine.toml", "--against", "ekf_true"}),
+              HasSubstr("ekf_true cannot be used with --cond"));
+  EXPECT_THAT(refusal({"--quick"}), HasSubstr("needs a test under conditions; add --conditions FILE"));
   EXPECT_THAT(scratch.refusal(2, {"evaluate", "run/model.json", "--against", "particle"}),
-              HasSubstr("--against particle knows each condition"));
+              HasSubstr("--against particle needs conditions"));
   scratch.write("other.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));
   scratch.ok({"train", "other.toml", "-o", "other", "-q"});
   EXPECT_THAT(refusal({"--as-trained", "other/model.json"}),

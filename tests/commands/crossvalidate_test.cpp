@@ -113,14 +113,14 @@ TEST_F(Crossvalidate, RefusesFoldsWithoutTrainingLogsBeforeTraining) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return scratch_.refusal(2, arguments);
   };
-  EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs two groups at least"));
+  EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs at least two groups"));
   EXPECT_THAT(error({"--group", "night"}), HasSubstr("finds nothing in \"day1_a.csv\""));
   EXPECT_THAT(error({"--group", "("}), HasSubstr("is not a regular expression"));
   EXPECT_THAT(error({"--group", "(d)\\1"}), HasSubstr("has a back reference"));
   EXPECT_THAT(error({"--group", "(d{1,99}){1,99}"}), HasSubstr("the pattern is too large"));
   EXPECT_THAT(error({"--group", std::string(10000, '(')}), HasSubstr("the pattern is too large"));
   EXPECT_THAT(error({"--logs", "2,1,2"}), HasSubstr("--logs 2: is given twice"));
-  EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
+  EXPECT_THAT(error({"--logs", "4"}), HasSubstr("must be from 1 to 3"));
   scratch_.write("plant.toml", kTinyExperiment);
   EXPECT_THAT(scratch_.refusal(2, {"crossvalidate", "plant.toml"}), HasSubstr("use nlo evaluate"));
 }
@@ -189,7 +189,7 @@ TEST_F(Identify, KeepsAnExperimentThatAUserHasEdited) {
   scratch_.write("out/prior.toml", "# mine");
   const ProgramResult kept = run({"--no-filters"});
   EXPECT_EQ(kept.exit_code, 0) << kept.err;
-  EXPECT_THAT(kept.out, HasSubstr("kept: out/prior.toml has another text; --force replaces it"));
+  EXPECT_THAT(kept.out, HasSubstr("kept: out/prior.toml, because it has been changed; --force replaces it"));
   EXPECT_EQ(scratch_.read("out/prior.toml"), "# mine");
 }
 

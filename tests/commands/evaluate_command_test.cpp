@@ -144,8 +144,8 @@ TEST(Evaluate, ConvertsColumnsToTheUnitsOfTheModelAndRefusesOtherKinds) {
   const auto other_kind = columns("V", "m/s");
   EXPECT_EQ(other_kind.exit_code, 2);
   EXPECT_THAT(other_kind.err,
-              HasSubstr("columns.toml: [[log.columns]] \"y\": its unit is \"V\" (voltage), and the model's is "
-                        "\"m\" (length): they are of different kinds"));
+              HasSubstr("columns.toml: [[log.columns]] \"y\": its unit is \"V\" (voltage), but the model uses "
+                        "\"m\" (length), which measures another kind of quantity"));
   const auto unknown = columns("cubit", "m/s");
   ASSERT_EQ(unknown.exit_code, 0) << unknown.err;
   EXPECT_THAT(unknown.out, HasSubstr("the table of units does not have both"));
@@ -250,7 +250,7 @@ TEST(MonitorCommand, MakesTheMonitorOfALogModelFromItsLogs) {
   scratch.write("b.csv", tiny_log(1.0, 3000));
   scratch.ok({"train", "log.toml", "--data", ".", "-o", "run", "-q"});
   const auto watched = scratch.ok({"monitor", "run/model.json", "--data", ".", "--time-constant", "0.2"});
-  EXPECT_THAT(watched.out, HasSubstr("limits for 1.00 false alarms an hour"));
+  EXPECT_THAT(watched.out, HasSubstr("limits for 1.00 false alarms per hour"));
   EXPECT_THAT(scratch.read("run/model.json"), HasSubstr("\"monitor\""));
   EXPECT_THAT(scratch.refusal(1, {"monitor", "run/model.json", "--data", ".", "--time-constant", "100",
                                   "--false-alarms-per-hour", "20"}),

@@ -81,8 +81,8 @@ TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
   for (int i = 0; i < 3; ++i) scratch.write("logs/run" + std::to_string(i) + ".csv", rig_log(i));
   const ProgramResult result = scratch.ok({"new", "log", "logs", "-o", "rig.toml"});
   EXPECT_THAT(result.out,
-              AllOf(HasSubstr("time: \"time_ms\" in ms"), HasSubstr("a row each 0.0100 s, even"), HasSubstr("a sensor"),
-                    HasSubstr("1200 rows; 1 file train, 1 file validate, 1 file test"),
+              AllOf(HasSubstr("time: \"time_ms\" in ms"), HasSubstr("a row every 0.0100 s, even"),
+                    HasSubstr("a sensor"), HasSubstr("1200 rows; 1 file train, 1 file validate, 1 file test"),
                     HasSubstr("nlo train rig.toml --data logs\n")));
   const Experiment e = parse_draft(scratch.read("rig.toml"), "rig.toml").experiment;
   EXPECT_EQ(e.name, "rig");
@@ -133,7 +133,7 @@ TEST(NewLog, AddsAProductOfChannelsIfItHelpsOnLeftOutLogs) {
     scratch.write("run" + std::to_string(log) + ".csv", text);
   }
   const ProgramResult result = scratch.ok({"new", "log", ".", "--outputs", "gyro,speed", "--states", "x"});
-  EXPECT_THAT(result.out, HasSubstr("gyro * speed is computed and read too"));
+  EXPECT_THAT(result.out, HasSubstr("gyro * speed is added as a computed output"));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
   const LogSplits splits = load_log_splits(*e.log, scratch.path());
   ASSERT_EQ(splits.train.outputs.size(), 3U);
@@ -169,7 +169,7 @@ TEST(NewLog, SaysWhyItProposesAWrapThatNoLogCrosses) {
   scratch.write("a.csv", text);
   const ProgramResult result = scratch.ok({"new", "log", "a.csv"});
   const std::string written = scratch.read("log.toml");
-  EXPECT_THAT(written, AllOf(HasSubstr("wrap = 360                      # CHECK: no log jumps"),
+  EXPECT_THAT(written, AllOf(HasSubstr("wrap = 360                      # CHECK: no log shows a jump"),
                              HasSubstr("encoding = \"sincos\"")));
   EXPECT_EQ(written.find("wrap = "), written.rfind("wrap = "))
       << "control: no wrap for a command, which may have limits";
@@ -227,7 +227,7 @@ TEST(NewFile, NeverReplacesAFileUnlessForced) {
   const Scratch scratch;
   scratch.write("plant.toml", "mine");
   EXPECT_THAT(scratch.refusal(2, {"new", "plant"}),
-              HasSubstr("plant.toml: exists already; write another file with -o FILE, or replace it"));
+              HasSubstr("plant.toml: already exists; write another file with -o FILE, or replace it"));
   EXPECT_EQ(scratch.read("plant.toml"), "mine");
   EXPECT_EQ(scratch.run({"new", "plant", "--force"}).exit_code, 0);
   EXPECT_THAT(scratch.read("plant.toml"), HasSubstr("[plant]"));

@@ -104,7 +104,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_THAT(roles("simplefoc", "velocity=x2"), HasSubstr("say --roles angle=NAME, one of y, or none"));
   EXPECT_THAT(roles("simplefoc", "angle=none,velocity=x3"), HasSubstr("there is no such state; there are x1, x2"));
   EXPECT_THAT(roles("simplefoc", "speed=x2"), HasSubstr("there are angle, velocity"));
-  EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 needs no roles"));
+  EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 has no roles"));
   EXPECT_FALSE(scratch.has("a_sensor"));
 }
 

@@ -213,8 +213,8 @@ TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
   EXPECT_THAT(refusal("[grid]\nobserver.hold = [\"rk4\"]\nobserver.eigenvalues = [[-1.0], [-60.0]]\n"),
               HasSubstr("unstable step"));
   EXPECT_THAT(refusal("[grid]\ntraining.steps = [10]\n[[point]]\ntraining.steps = 10.0\n"), HasSubstr("plans/p.toml"));
-  EXPECT_THAT(refusal("[grid]\nthreads = [1, 2]\n"), HasSubstr("has a training twice"));
-  EXPECT_THAT(refusal("data = \"logs\"\n"), HasSubstr("data is for experiments with a [log]"));
+  EXPECT_THAT(refusal("[grid]\nthreads = [1, 2]\n"), HasSubstr("has the same training twice"));
+  EXPECT_THAT(refusal("data = \"logs\"\n"), HasSubstr("data is only for experiments with a [log]"));
   scratch.write("plans/p.toml", "experiment = \"tinny.toml\"\n");
   EXPECT_THAT(scratch.run({"sweep", "plans/p.toml"}).err, HasSubstr("tinny.toml: no such file"));
   EXPECT_EQ(scratch.run({"sweep", "colect", "plans/p.toml"}).exit_code, 2);
@@ -228,7 +228,7 @@ TEST_F(SweepCommand, ExitCodeIsTwoIfAllJobsAreRefusedAndOneIfAJobFails) {
   scratch.write("plans/p.toml", "experiment = \"log.toml\"\ndata = \"nowhere\"\nseeds = [1, 2]\n");
   scratch.write("plans/log.toml", kTinyLogExperiment);
   EXPECT_THAT(scratch.refusal(2, {"sweep", "plans/p.toml", "--run"}),
-              HasSubstr("2 of 2 jobs failed, each for its input"));
+              HasSubstr("2 of 2 jobs failed, all because of wrong input"));
   scratch.write("file", "");
   EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--run", "-o", "file/x"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "-o", "file/x"}).exit_code, 2);

@@ -98,7 +98,7 @@ TEST_F(TrainAuto, StaysWithinABudgetOfMultiplyAddsAndBytes) {
   const ProgramResult none =
       scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.1", "--max-multiply-adds", "5", "-o", "none"});
   EXPECT_NE(none.exit_code, 0);
-  EXPECT_THAT(none.err, HasSubstr("no candidate keeps to the budget --max-multiply-adds 5; allow more"));
+  EXPECT_THAT(none.err, HasSubstr("every candidate exceeds the budget --max-multiply-adds 5; allow more"));
   EXPECT_FALSE(scratch.has("none/"));
 }
 
@@ -116,7 +116,7 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
                                  "[\"log_0.csv\"]"));
   const ProgramResult one = scratch.run({"train", "one.toml", "--data", "logs", "--auto", "-o", "one"});
   EXPECT_EQ(one.exit_code, 2);
-  EXPECT_THAT(one.err, HasSubstr("name another as validation_files in [log]"));
+  EXPECT_THAT(one.err, HasSubstr("name another one as validation_files in [log]"));
   EXPECT_FALSE(scratch.has("one/"));
 }
 
@@ -133,7 +133,7 @@ TEST_F(TrainAuto, RefusesATimeThatIsTooShortAndKeepsExistingFiles) {
 TEST_F(TrainAuto, OptionsOfAutoNeedAuto) {
   EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--minutes", "1"}), HasSubstr("--auto"));
   EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--auto", "--minutes", "nan"}),
-              HasSubstr("nan is not a time to search for"));
+              HasSubstr("nan is not a valid time for the search"));
 }
 
 TEST_F(TrainAuto, DoesNotReplaceTheModelOfAnotherExperiment) {

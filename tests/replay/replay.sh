@@ -97,7 +97,7 @@ same "$model" edited.csv
 # flown.
 edit 'NR > 1 { $3 = sprintf("%.6g", $3); $4 = sprintf("%.6g", $4) } 1'
 same "$model" edited.csv
-grep -q 'compared as they are rounded' said.txt || fail 'six digits of an estimate: no word of them'
+grep -q 'compared with the digits of the log' said.txt || fail 'six digits of an estimate: no word of them'
 edit 'NR > 1 && $1 !~ /nan/ { $1 = sprintf("%.5f", $1) } 1'
 differs 'edited.csv:[0-9]+: row' "$model" edited.csv
 edit "NR == $regular { \$3 = \$3 + 0.00001 } NR > 1 { \$3 = sprintf(\"%.6f\", \$3) } 1"

@@ -79,7 +79,8 @@ class Search {
     const std::vector<Trial>& last = record_.rungs.back();
     if (std::none_of(last.begin(), last.end(), [](const Trial& trial) { return trial.error.has_value(); }))
       throw RunFailure(
-          "every training of the last rung diverged or did not improve on its start; give more --minutes or a lower "
+          "every training of the last rung diverged or did not improve its initial model; give more --minutes or a "
+          "lower "
           "learning_rate");
     const Trial& chosen = record_.chosen();
     if (!record_.by_hand_fits() && chosen.steps < least_steps()) refuse_time(chosen.candidate);
@@ -97,13 +98,14 @@ class Search {
     if (!fs::exists(file(), ignored)) return;
     SearchRecord found = search_record_from_json(codegen::read_file(file()), file());
     if (found.identity != record_.identity)
-      throw codegen::InputError(fmt::format(
-          "{}: belongs to another experiment, budget or data; choose another -o DIR, or start again without --resume",
-          file()));
+      throw codegen::InputError(
+          fmt::format("{}: this search belongs to another experiment, budget or data; choose another -o DIR, or start "
+                      "again without --resume",
+                      file()));
     record_ = std::move(found);
   }
 
-  /// Returns true if the given experiment is candidate 0. It is not if it costs too much.
+  /// Returns true if the given experiment is candidate 0. It is not a candidate if it costs too much.
   bool stands() const { return record_.by_hand_s > 0.0; }
 
   /// Draws candidates that can be trained and keep to the budget.
@@ -111,7 +113,7 @@ class Search {
     const Time started = now();
     const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
     constexpr std::uint64_t kTries = 20;  // for each candidate
-    constexpr double kShare = 0.2;        // share of the time, unless few candidates are found by then
+    constexpr double kShare = 0.2;        // share of the time for the draw; longer if few candidates are found by then
     constexpr std::size_t kFew = 4;
     std::size_t wanted = 1;
     for (std::uint64_t index = 0; record_.candidates.size() < wanted && index <= kTries * wanted; ++index) {
@@ -122,7 +124,7 @@ class Search {
       if (drawn && std::none_of(record_.candidates.begin(), record_.candidates.end(), same)) try {
           add(*drawn, index == 0);
         } catch (const codegen::Error&) {
-          if (index == 0) throw;  // not a draw, but the experiment of the user
+          if (index == 0) throw;  // candidate 0 is the user's experiment, whose error must be reported
         }
       check_interrupt();
       if (index == 0) {
@@ -132,7 +134,7 @@ class Search {
     }
     if (record_.candidates.empty())
       throw codegen::Error(
-          fmt::format("no candidate keeps to the budget{}{}; allow more",
+          fmt::format("every candidate exceeds the budget{}{}; allow more",
                       budget_.multiply_adds > 0 ? fmt::format(" --max-multiply-adds {}", budget_.multiply_adds) : "",
                       budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
     record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
@@ -142,8 +144,8 @@ class Search {
 
   double least_steps() const { return kLeastShareOfSteps * task_.experiment.training.steps; }
 
-  /// Leaves out candidates that the last rung would hardly train. The others are described by their differences from
-  /// the given experiment, so there is no search without it.
+  /// Removes candidates that are so slow that the last rung would hardly train them. Throws if the given experiment is
+  /// too slow, because the others are described by their differences from it.
   void leave_out_slow() {
     if (record_.by_hand_fits()) return;
     const double last_s = halving_rungs(record_.candidates.size(), record_.seconds).back().seconds;
@@ -155,9 +157,8 @@ class Search {
 
   [[noreturn]] void refuse_time(std::size_t candidate) const {
     throw TooLittleTime(fmt::format(
-        "--minutes {:g} is too little: what is found would be trained for less than {:.0f} of the experiment's {} "
-        "steps, "
-        "and would tell nothing; give --minutes {:.0f} or more, or ask for fewer steps in [training]",
+        "--minutes {:g} is too little: the result would be trained for less than {:.0f} of the experiment's {} steps, "
+        "which is too few to compare candidates; give --minutes {:.0f} or more, or fewer steps in [training]",
         budget_.minutes, least_steps(), task_.experiment.training.steps,
         std::max(minutes_for(pace(record_.candidates[candidate]), least_steps()), std::ceil(1.2 * budget_.minutes))));
   }
@@ -224,7 +225,7 @@ class Search {
     Experiment experiment = parse_experiment(candidate.experiment, file());
     experiment.threads = task_.experiment.threads;
     set_steps(experiment, trial.steps);
-    context.progress = [&, before_s = done_s()](double share) {  // share of the given time
+    context.progress = [&, before_s = done_s()](double share) {  // `share` is the finished share of the given time
       say((before_s + share * trial.steps / candidate.steps_per_s) / record_.seconds, context.name);
     };
     const std::string folder = fmt::format("{}/{}-{}", jobs(), record_.rungs.size() - 1, trial.candidate);
@@ -241,7 +242,7 @@ class Search {
       if (counts) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
     } catch (const codegen::Error&) {
-      trial.error.reset();  // it overflowed
+      trial.error.reset();  // its estimates overflowed
     }
     if (trial.error && !std::isfinite(*trial.error)) trial.error.reset();
     trial.done = true;
@@ -251,7 +252,7 @@ class Search {
     return JobEnd::kDone;
   }
 
-  /// Returns the time that is done, by the speeds that are known.
+  /// Returns the finished time, from the speeds known so far.
   double done_s() const {
     double sum = 0.0;
     for (const std::vector<Trial>& rung : record_.rungs)

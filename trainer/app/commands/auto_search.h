@@ -24,8 +24,8 @@ struct TooLittleTime : RunFailure {
 
 /// Runs the search in `directory`, which the caller has locked (run_folder.h), or continues the one that was
 /// interrupted there. If it is killed at any moment and run again, it tries the same candidates. Throws RunFailure if
-/// it was interrupted or nothing could be trained; TooLittleTime (before anything is written, unless trainings become
-/// slower than they began) if the result would be trained for less than kLeastShareOfSteps; codegen::Error if the
+/// it was interrupted or nothing could be trained; TooLittleTime if the result would be trained for less than
+/// kLeastShareOfSteps (before anything is written, unless the trainings become slower later); codegen::Error if the
 /// directory holds another search, or if no candidate keeps to the budget.
 SearchRecord run_search(const SearchTask& task, const SearchBudget& budget, const std::string& directory, bool resume,
                         bool quiet);

@@ -80,9 +80,10 @@ JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.files;
-  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from these logs only
+  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from the training logs of this fold only
   const LogSplits splits = load_log_splits(*experiment.log, "", mirrored_channels(experiment));
-  experiment.source_text += "# without " + fold.name + "\n";  // two folds may have the same few training logs
+  // Two folds may have the same training logs if these are few.
+  experiment.source_text += "# without " + fold.name + "\n";
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
   Dataset own;
   const TrainingWork work = [&](const TrainOptions& options) {
@@ -117,7 +118,8 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   const DraftExperiment draft = read_draft(arguments.experiment);
   const Experiment& experiment = draft.experiment;
   if (!experiment.log)
-    throw codegen::Error("crossvalidate is about logs, and this experiment simulates its [plant]; use nlo evaluate");
+    throw codegen::Error(
+        "crossvalidate needs an experiment with a [log], but this one simulates its [plant]; use nlo evaluate");
   std::optional<OutputDirectory> directory;
   if (!arguments.output.empty()) directory.emplace(arguments.output);
   const std::vector<std::string> files = all_files(*experiment.log, arguments.data);
@@ -125,7 +127,7 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   const std::vector<LogGroup> folds =
       log_groups(files, pattern, arguments.group.empty() ? "[validation] groups" : "--group");
   if (folds.size() < 2)
-    throw codegen::Error(fmt::format("{} log{} in {} group; crossvalidation needs two groups at least", files.size(),
+    throw codegen::Error(fmt::format("{} log{} in {} group; crossvalidation needs at least two groups", files.size(),
                                      files.size() == 1 ? "" : "s", folds.size()));
   std::size_t fewest = files.size();
   for (const LogGroup& fold : folds) fewest = std::min(fewest, files.size() - fold.files.size());
@@ -133,7 +135,7 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
     if (std::ranges::count(arguments.sizes, size) > 1)
       throw codegen::Error(fmt::format("--logs {}: is given twice", size));
     if (size < 1 || static_cast<std::size_t>(size) > fewest)
-      throw codegen::Error(fmt::format("--logs {}: between 1 and {} are left to train on", size, fewest));
+      throw codegen::Error(fmt::format("--logs {}: the number of training logs must be from 1 to {}", size, fewest));
   }
 
   const std::vector<int> sizes = arguments.sizes.empty() ? std::vector<int>{0} : arguments.sizes;
@@ -185,19 +187,19 @@ void add_crossvalidate(CLI::App& app, Action& action) {
       ->required();
   options.directory("--data", arguments->data, "directory of the logs that [log] names: all splits together");
   options.value("--group", arguments->group,
-                "regular expression; logs in whose names it finds the same text are left out together (default: "
+                "regular expression: logs with the same match in their names are left out together (default: "
                 "[validation] groups)",
                 "REGEX");
   options.list("--logs", arguments->sizes,
-               "a learning curve: number of the other logs that train; several numbers: a row for each", "COUNT");
+               "learning curve: number of training logs, drawn from the other logs; a row for each number", "COUNT");
   options.number("--seeds", arguments->seeds, 1, 100,
-                 "number of trainings for each, with seeds from the experiment's seed on");
+                 "number of trainings for each left-out log or group; their seeds count up from the experiment's seed");
   options.experiment(arguments->experiment);
   options.directory("-o,--output", arguments->output,
                     "directory that keeps each training, so that an interrupted run can be continued");
   options.flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
   command->footer(
-      "Nothing is written without -o. In each training, the model is chosen by its error on its training logs.\n"
+      "Without -o, nothing is written. Each training selects its model by the error on its training logs.\n"
       "Examples:\n"
       "  nlo crossvalidate battery --data logs --group \"^n?[0-9]+degC\" --seeds 3\n"
       "  nlo crossvalidate mine.toml --data logs\n"

@@ -83,20 +83,19 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
   Options options(*command);
   EvaluateOptions added;
   options
-      .value(
-          "MODEL", arguments.models,
-          "model.json of nlo train; several models of one experiment: means over training seeds; with --conditions a "
-          "column for each model, all of the same plant")
+      .value("MODEL", arguments.models,
+             "model.json of nlo train. Several models of one experiment give means over training seeds; with "
+             "--conditions, several models of one plant give a column each")
       ->required();
   CLI::Option* conditions = options.value(
       "--conditions", arguments.conditions,
-      "compare observers with filters that know the plant, shipped and tuned, under the conditions of a file of "
+      "compare observers with filters that know the plant, as shipped and tuned, under several conditions. A file has "
       "[[condition]] tables with the keys name, noise, parameters, parameter_factor, process_noise, box_scale, set, "
-      "input, input_noise; default: twenty conditions that fit any plant",
+      "input, input_noise; \"default\" means twenty conditions that suit any plant",
       "FILE.toml|default");
   CLI::Option* as_trained = options
                                 .flag("--as-trained", arguments.as_trained,
-                                      "a single condition: noise and plant of the first model's training")
+                                      "compare under a single condition: noise and plant of the first model's training")
                                 ->excludes(conditions);
   const auto without_conditions = [&](CLI::Option* option) {
     return option->excludes(conditions)->excludes(as_trained);
@@ -116,11 +115,11 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
                                       "new trajectories in a test set; with --conditions: 5");
   added.for_plants = {
       added.sets,
-      without_conditions(
-          options
-              .shown("--box-scale", arguments.common.box_scale,
-                     "factor on the box of initial states of the training (circle: on its axes; list: about its mean)")
-              ->check(check_scale)),
+      without_conditions(options
+                             .shown("--box-scale", arguments.common.box_scale,
+                                    "factor for the size of the training box of initial states (circle: of its axes; "
+                                    "list: of the distances from its mean)")
+                             ->check(check_scale)),
       added.trajectories,
       without_conditions(options.repeated(
           "--input", arguments.common.inputs,
@@ -164,18 +163,20 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
   options.list("--from", arguments.from_s,
                "with --data: start of the observer after a log's first sample [s]; several: one start for each",
                "SECONDS");
-  options.list("--missing", arguments.missing,
-               "with --data: an output that fails at the first sample, or SECONDS later: it is missing, repeats its "
-               "last reading (stuck) or reads 0 (dead); may be repeated, or several separated by commas",
-               "OUTPUT[:missing|stuck|dead[:SECONDS]]");
+  options.list(
+      "--missing", arguments.missing,
+      "with --data: an output that fails at the first sample, or SECONDS later: it is missing, repeats its last "
+      "reading (stuck) or reads 0 (dead); several failures: repeat the option, or separate them by commas",
+      "OUTPUT[:missing|stuck|dead[:SECONDS]]");
   options.flag("--behind-gate", arguments.flight.behind_gate,
                "with --data: the observer gets only the readings that the gate of its monitor accepts (nlo monitor)");
   options.value("--figure", arguments.files.figure,
-                "with --data: a figure of each log with estimate and truth, and the error below; shaded outside of the "
-                "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...",
+                "with --data: a figure of each log with estimate, truth and error; times outside of the training "
+                "domain are shaded; several logs or starts: FILE_1.svg, FILE_2.svg...",
                 "FILE.svg");
   options.value("--estimates", arguments.files.estimates,
-                "with --data: inputs and estimates of the observer, sample by sample; several files as above",
+                "with --data: inputs and estimates of the observer for each sample; several logs or starts: "
+                "FILE_1.csv, FILE_2.csv...",
                 "FILE.csv");
   options.threads(arguments.test.threads, "number of threads; 0: all cores");
   options.flag("--json", arguments.json,
@@ -183,31 +184,29 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
   command->footer(
       "The observer is compared with a constant and with a ridge regression on its own features; on logs also with the "
       "sensor itself, polynomials, and a ridge regression on products of readings. These are fitted on the training "
-      "logs if they are in the same folder, otherwise on the test logs, in hindsight.\n"
-      "With --conditions, filters know the nominal plant and the nominal variance of the noise. For tuned filters, Q, "
-      "R, P0 and a gate on the innovation are chosen for each condition on separate runs.\n"
-      "Examples:\n"
-      "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
-      "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
-      "  nlo evaluate runs/van_der_pol/model.json --set plant.parameters.mu=1.2 --against ekf,ekf_true\n"
-      "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
-      "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
-      "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
-      "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
-      "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
-      "  nlo evaluate runs/car/model.json --data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n"
-      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml\n"
-      "  nlo evaluate runs/van_der_pol/model.json --conditions default -o runs/van_der_pol\n"
-      "  nlo evaluate runs/a/model.json runs/b/model.json --conditions default --against ekf,ukf --seeds 5\n"
-      "  nlo evaluate runs/van_der_pol/model.json --conditions my_sensors.toml --no-tuning --json");
+      "logs if they are in the same folder. Otherwise they are fitted on the test logs themselves, which makes them "
+      "too good.\nWith --conditions, filters know the nominal plant and the nominal variance of the noise. For tuned "
+      "filters, Q, R, P0 and a gate on the innovation are chosen for each condition on separate runs.\nExamples:\n  "
+      "nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n  nlo evaluate "
+      "runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n  nlo evaluate "
+      "runs/van_der_pol/model.json --set plant.parameters.mu=1.2 --against ekf,ekf_true\n  nlo evaluate "
+      "runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n  nlo evaluate "
+      "runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n  nlo evaluate runs/qube/model.json --data "
+      "logs/run8.csv logs/run9.csv\n  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n  "
+      "nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n  nlo evaluate runs/car/model.json "
+      "--data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n  nlo evaluate "
+      "runs/van_der_pol/model.json --data bench.csv --columns bench.toml\n  nlo evaluate runs/van_der_pol/model.json "
+      "--conditions default -o runs/van_der_pol\n  nlo evaluate runs/a/model.json runs/b/model.json --conditions "
+      "default --against ekf,ukf --seeds 5\n  nlo evaluate runs/van_der_pol/model.json --conditions my_sensors.toml "
+      "--no-tuning --json");
   return added;
 }
 
 void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
   if (model.states.size() == nx && model.outputs.size() == ny) return;
   throw codegen::Error(
-      fmt::format("{}: has {} states and {} outputs, but its config describes {} and {}; the file was "
-                  "changed: train it again",
+      fmt::format("{}: has {} states and {} outputs, but its config describes {} and {}, so the file was changed; "
+                  "train the model again",
                   path, model.states.size(), model.outputs.size(), nx, ny));
 }
 
@@ -221,8 +220,8 @@ void require_one_experiment(const std::vector<NamedModel>& models) {
     if (first.empty()) first = text;
     if (text != first)
       throw codegen::Error(
-          fmt::format("{}: was trained by another experiment than {}; several models must differ in "
-                      "their seed alone: evaluate them one by one, or side by side with --conditions default",
+          fmt::format("{}: was trained by another experiment than {}, but several models may differ only in their "
+                      "seed; evaluate them one by one, or compare them with --conditions default",
                       model.name, models.front().name));
   }
 }
@@ -238,8 +237,9 @@ void check_input_noise(const EvaluateArguments& arguments, const std::vector<Nam
   if (noise.none()) return;
   for (const NamedModel& model : models)
     if (model.model.nu() == 0)
-      throw codegen::Error(
-          fmt::format("--input-noise: {} reads no inputs; leave it out, or train with [excitation]", model.name));
+      throw codegen::Error(fmt::format(
+          "--input-noise: the observer {} reads no inputs; leave the option out, or train with [excitation]",
+          model.name));
   try {
     check_noise(noise, plant.inputs().size());
   } catch (const codegen::Error& error) {
@@ -260,7 +260,8 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   parse_excitation(*plant, arguments.common.inputs);  // reports wrong usage before anything runs
   const auto& against = arguments.test.against;
   if (arguments.common.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
-    throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
+    throw codegen::Error(
+        "--against ekf_true is only for a plant that --set changes; without --set, ekf already knows the true plant");
   const double scale = arguments.common.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
   PatientProgress progress;
@@ -278,8 +279,9 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
 /// Throws unless all models were trained on the same plant and box, because they are evaluated on the same runs.
 void require_one_plant(const std::vector<NamedModel>& models, const std::vector<Experiment>& experiments) {
   const auto differs = [&](std::size_t i, const std::string& what) {
-    throw codegen::Error(fmt::format("{}: has {} than {}; models are compared on the same runs of one plant",
-                                     models[i].name, what, models.front().name));
+    throw codegen::Error(fmt::format(
+        "{}: has {} than {}, but models are compared on the same runs of one plant; compare models of one plant",
+        models[i].name, what, models.front().name));
   };
   const Experiment& first = experiments.front();
   for (std::size_t i = 1; i < models.size(); ++i) {
@@ -300,14 +302,16 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   for (const NamedModel& model : models) {
     experiments.push_back(experiment_of(model.model, model.name));
     if (!experiments.back().plant)
-      throw codegen::Error(fmt::format(
-          "{}: was trained on logs, so there are no equations for a filter; nlo identify can find some", model.name));
+      throw codegen::Error(
+          fmt::format("{}: was trained on logs, so the filters have no equations; nlo identify can find them from logs",
+                      model.name));
   }
   require_one_plant(models, experiments);
   const Experiment& first = experiments.front();
   StudyTest& test = arguments.test;
   if (std::ranges::find(test.against, kTrueEkf) != test.against.end())
-    throw codegen::Error("--against ekf_true is not for --conditions; joint_ekf estimates parameters that are wrong");
+    throw codegen::Error(
+        "--against ekf_true cannot be used with --conditions; use joint_ekf, which estimates wrong parameters");
   test.by_condition = true;
   test.tune = !arguments.no_tuning;
   if (test.against.empty()) {
@@ -332,8 +336,8 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   test.leave_out_impossible = set.written_for_deviation > 0.0;
   if (is_stdout(arguments.output))
     throw codegen::Error(
-        "-o -: compare.html and compare.json are two files, but stdout is one; leave -o out, and the result goes to "
-        "stdout (with --json as JSON)");
+        "-o -: compare.html and compare.json are two files, but stdout is one; without -o the result goes to stdout "
+        "(with --json as JSON)");
   if (!arguments.output.empty()) check_output_directory(arguments.output);
 
   const std::atomic<bool>& stop = stop_on_interrupt();
@@ -353,8 +357,8 @@ void on_conditions(EvaluateArguments& arguments, const std::vector<NamedModel>& 
   });
 }
 
-/// Adds notes on logs that trained the model. A model of an older version has no record of its logs; then there is no
-/// note.
+/// Adds notes on logs with which the model was trained. A model of an older version has no record of its logs and gets
+/// no note.
 void note_training_logs(const codegen::Model& model, const Dataset& logs, LogReport& report) {
   for (const auto& [name, fact] : model.provenance) {
     if (name != kTrainingLogsFact) continue;
@@ -424,29 +428,31 @@ void run_evaluate(EvaluateArguments arguments) {
   const auto refuse = [&](const std::string& what) { throw codegen::Error(fmt::format("{}: {}", first, what)); };
   if (arguments.data.empty()) {
     if (!experiment.plant && !arguments.by_condition())
-      refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
-    if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
-    if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
-    if (arguments.flight.behind_gate) refuse("--behind-gate is about logs; name them too: --data FILE...");
-    if (arguments.files.any()) refuse("--figure and --estimates are about logs; name them too: --data FILE...");
-    if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
+      refuse("was trained on logs; name the logs for the evaluation: --data FILE...");
+    if (!arguments.from_s.empty()) refuse("--from needs logs; add --data FILE...");
+    if (!arguments.missing.empty()) refuse("--missing needs logs; add --data FILE...");
+    if (arguments.flight.behind_gate) refuse("--behind-gate needs logs; add --data FILE...");
+    if (arguments.files.any()) refuse("--figure and --estimates need logs; add --data FILE...");
+    if (!arguments.columns.empty()) refuse("--columns needs logs; add --data FILE...");
     if (arguments.by_condition()) return on_conditions(arguments, models);
     if (!arguments.condition_option.empty())
       throw codegen::Error(
-          fmt::format("{} is for tests under conditions; add --conditions FILE or --conditions default",
+          fmt::format("{} needs a test under conditions; add --conditions FILE or --conditions default",
                       arguments.condition_option));
     if (std::ranges::find(arguments.test.against, kParticle) != arguments.test.against.end())
-      throw codegen::Error("--against particle knows each condition; add --conditions FILE or --conditions default");
+      throw codegen::Error(
+          "--against particle needs conditions, because the particle filter knows each of them; add --conditions FILE "
+          "or --conditions default");
     on_plant(arguments, models, experiment);
   } else {
     for (const std::string& word : arguments.missing) arguments.flight.faults.push_back(parse_fault(word));
     for (const NamedModel& model : models)
       if (arguments.flight.behind_gate && !model.model.monitor)
-        throw codegen::Error(fmt::format("--behind-gate: {} has no monitor; make one: nlo monitor", model.name));
+        throw codegen::Error(fmt::format("--behind-gate: {} has no monitor; add one with nlo monitor", model.name));
     if (!arguments.plant_option.empty())
       refuse(
-          fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "
-                      "leave it out",
+          fmt::format("{} is only for simulated trajectories of a plant; logs are evaluated unchanged and with all "
+                      "alternatives: leave the option out",
                       arguments.plant_option));
     if (arguments.files.any() && (models.size() > 1 || arguments.noises.size() > 1))
       refuse("--figure and --estimates need exactly one model and one --noise");

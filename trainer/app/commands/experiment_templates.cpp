@@ -14,8 +14,8 @@ namespace nlo::trainer {
 namespace {
 
 constexpr const char* kPlant =
-    R"toml(# An experiment with a plant by equations: what moves, what is measured, and where runs start. Replace the pendulum by
-# your plant. Lines that begin with "# " and a key are examples of what else there may be.
+    R"toml(# An experiment with a plant by equations: what moves, what is measured, and where runs start. Replace the pendulum
+# by your plant. Lines that begin with "# " and a key are examples of further keys.
 #   nlo train {file}                trains an observer on simulated runs and says how good it is
 #   nlo simulate {file} -o run.csv  a run to look at
 #   nlo train --help-config         every key with its default
@@ -23,7 +23,7 @@ constexpr const char* kPlant =
 name = "{name}"
 
 [plant]
-states = ["angle", "rate"]        # what the equations move
+states = ["angle", "rate"]        # the states of the equations
 state_units = ["rad", "rad/s"]    # for reports
 # dx/dt, an expression for each state:
 derivative = ["rate", "-g / l * sin(angle) - damping * rate"]
@@ -35,7 +35,7 @@ parameters = { g = 9.81, l = 0.5, damping = 0.4 }
 # observer also serves the real plant, and an observer with these equations inside (a prior) is tried, too.
 # Which states are estimated, where not all are:
 # estimated = ["rate"]
-# What a controller does, known to the observer; then derivative says how it acts: "... + torque / (l * l)".
+# Commands of a controller, which the observer knows. derivative contains their effect: "... + torque / (l * l)".
 # inputs = ["torque"]
 # input_units = ["N m/kg"]
 
@@ -102,18 +102,18 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
   text += key_line("role", show_value(is_open ? std::string(kChoose) : std::string(to_name(column.role))), column.why);
   if (!column.unit.empty()) text += key_line("unit", show_value(column.unit));
   if (!column.missing.empty())
-    text += key_line("missing", show_cells(column.missing), "CHECK: unless these are readings");
+    text += key_line("missing", show_cells(column.missing), "CHECK: delete this key if these values are readings");
   if (column.role == ColumnRole::kOutput && column.period_s > 0.0)
     text += key_line("period_s", fmt::format("{:.4g}", column.period_s),
-                     fmt::format("it has a value in one of {} rows: not due in the others", column.spacing));
+                     fmt::format("it has a value in one of {} rows", column.spacing));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
-  // A command that stays within its turn may have limits.
+  // A command that stays within one turn may have end stops.
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
   if (column.role == ColumnRole::kInput && !column.jumps) return text;
-  text += key_line(
-      "wrap", show_wrap(column.wrap),
-      column.jumps ? "it jumps by a full turn"
-                   : "CHECK: no log jumps, but by its unit and range the next may; delete both lines if it has ends");
+  text += key_line("wrap", show_wrap(column.wrap),
+                   column.jumps ? "it jumps by a full turn"
+                                : "CHECK: no log shows a jump, but unit and range suggest an angle that wraps; delete "
+                                  "both lines if it has end stops");
   if (column.role != ColumnRole::kInput)
     text += key_line("encoding", "\"sincos\"", "an angle without jumps: sine and cosine");
   return text;
@@ -121,10 +121,10 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
 
 std::string clock_lines(const GuessedClock& clock) {
   if (clock.heading.empty())
-    return clock.period_s > 0.0
-               ? key_line("sample_period_s", shortest_text(clock.period_s), "between rows: no column is a time")
-               : key_line("sample_period_s", show_value(std::string(kChoose)),
-                          "no column is a time: how many seconds are rows apart?");
+    return clock.period_s > 0.0 ? key_line("sample_period_s", shortest_text(clock.period_s),
+                                           "time between rows, because no column is a time")
+                                : key_line("sample_period_s", show_value(std::string(kChoose)),
+                                           "no column is a time: write the time between rows in seconds");
   return fmt::format("# The period between samples follows from the stamps: {} s, {}; {} s in all.\n",
                      significant(clock.period_s), evenness_text(clock), significant(clock.duration_s));
 }
@@ -135,7 +135,7 @@ std::string filter_text(const GuessedLog& log) {
   constexpr double kUsual_hz = 25.0, kShare = 0.2;  // share of the rate of samples
   if (!derived || log.clock.period_s == 0.0 || kShare / log.clock.period_s >= kUsual_hz) return "";
   return "\n[log.velocity_filter]\n" + key_line("cutoff_hz", significant(kShare / log.clock.period_s, 2),
-                                                "of the rates that are computed from the log");
+                                                "cut-off of the filter for rates that are computed from the log");
 }
 
 }  // namespace

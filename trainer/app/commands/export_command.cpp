@@ -40,7 +40,8 @@ struct Judged {
   std::string tables, refusal;
 };
 
-/// Returns a line on the time of a step on a Cortex-M4. Empty for number formats that cortex_m4_time() does not cover.
+/// Returns a line with the time of a step on a Cortex-M4. Empty for number formats that cortex_m4_time() does not
+/// cover.
 std::string time_line(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   if (prepared.options().scalar != codegen::ScalarType::kFloat) return "";
   const codegen::CppCost cost = cpp_cost(prepared);
@@ -63,7 +64,7 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
 }
 
 /// Returns warnings about parts of the model that the target does not support. A firmware that needs them would not
-/// compile, or would fly without them.
+/// compile, or would run without them.
 std::string left_out_warnings(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::string warnings;
   if (prepared.model().error && (!prepared.folded().error || codegen::export_target(arguments.target).of_c99))
@@ -84,13 +85,13 @@ void run_export(const ExportArguments& arguments) {
   options.samples = arguments.samples;
   if (!options.name.empty() && !codegen::is_identifier(options.name))
     throw codegen::Error(
-        fmt::format("--name \"{}\" is not an identifier; use a letter, then letters, digits and single "
-                    "underscores (63 at most), no C++ word",
+        fmt::format("--name \"{}\" is not an identifier; write a letter, then letters, digits and single underscores "
+                    "(at most 63 characters), but no C++ keyword",
                     options.name));
   options.roles = arguments.roles;
   if (!options.roles.empty() && !target.roles)
     throw codegen::Error(
-        fmt::format("--roles: target {} needs no roles; leave it out, or export simplefoc", target.name));
+        fmt::format("--roles: target {} has no roles; leave --roles out, or use --target simplefoc", target.name));
   const bool to_stdout = arguments.output == "-";
   if (to_stdout && target.form != codegen::ExportForm::kFile)
     throw codegen::Error(
@@ -103,14 +104,15 @@ void run_export(const ExportArguments& arguments) {
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   if (arguments.check && target.no_observer)
-    throw codegen::Error(fmt::format("--check runs an observer, but target {} has none; leave it out", target.name));
+    throw codegen::Error(
+        fmt::format("--check runs an observer, but target {} has none; leave --check out", target.name));
   const std::string seen = arguments.check ? check_flight(prepared, files) : "";
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
   if (model.monitor && !model.monitor->lowered.empty())
     fmt::print(stderr,
-               "note: {}: monitor.{} had limits that could never be reached; lower ones are exported. Make the monitor "
-               "again: nlo monitor\n",
+               "note: {}: monitor.{} had limits that the statistic can never reach, so lower limits are exported. Run "
+               "nlo monitor again to set them\n",
                printable(arguments.model), fmt::join(model.monitor->lowered, ", monitor."));
   fmt::print(stderr, "{}", left_out_warnings(prepared, arguments));
   if (!judged.refusal.empty()) {
@@ -150,20 +152,19 @@ void add_export(CLI::App& app, Action& action) {
   options.value("--name", arguments->name,
                 "namespace of the generated code, an identifier (default: the model's name)");
   options.value("--max-error", arguments->max_error,
-                "largest error of the arithmetic in the model's domain, VALUE or STATE=VALUE,...; an export with a "
-                "larger error is refused; in float, the cheapest tanh within it is used",
+                "largest allowed error of the arithmetic in the model's domain, VALUE or STATE=VALUE,...; an export "
+                "with a larger error is refused; in float, it selects the cheapest tanh that keeps this limit",
                 "VALUE");
   options.value("--roles", arguments->roles,
-                "simplefoc: the output that is the angle of the shaft (none: no output is) and the state that is its "
-                "velocity, if units do not show it",
+                "simplefoc: the output with the shaft's angle (none: there is no such output) and the state with its "
+                "velocity, if the units do not show them",
                 "angle=NAME,velocity=NAME");
   options.number("--samples", arguments->samples, 20, 100000,
-                 "number of samples in a replay or a self-test; fewer for a small flash");
+                 "number of samples in a replay or a self-test; use fewer for a small flash");
   options.number("--clock", arguments->clock_mhz, 1.0, 10000.0, "clock of a Cortex-M4 [MHz], for the time of a step");
-  options.flag(
-      "--check", arguments->check,
-      "first compile the export with $CC and $CXX (or cc, c++) and replay generated readings; refuse it unless its "
-      "results agree with the model, and C99 and C++ agree bit for bit");
+  options.flag("--check", arguments->check,
+               "before writing, compile the export with $CC and $CXX (or cc, c++) and run it on generated readings; "
+               "refuse the export unless its results agree with the model, and C99 and C++ agree bit for bit");
   options.flag("-q,--quiet", arguments->quiet,
                "print nothing if the export succeeds, except parts of the model that it leaves out");
   options.value("-o,--output", arguments->output, "file or folder to write; missing folders are made; - for stdout")

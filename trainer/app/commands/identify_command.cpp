@@ -78,7 +78,7 @@ std::string write_prior(const std::string& file, const Identification& identific
   try {
     text = prior_experiment(identification, result.values, arguments.data);
   } catch (const codegen::Error& error) {
-    return fmt::format("no experiment with structure = \"prior\": {}\n", error.what());
+    return fmt::format("no experiment with structure = \"prior\" is written: {}\n", error.what());
   }
   std::string train = fmt::format("nlo train {}", shell_word(file));
   if (!arguments.data.empty()) train += fmt::format(" --data {}", shell_word(arguments.data));
@@ -89,7 +89,7 @@ std::string write_prior(const std::string& file, const Identification& identific
       identification.name, text);
   std::error_code ignored;
   if (!arguments.force && std::filesystem::exists(file, ignored) && codegen::read_file(file) != text)
-    return fmt::format("kept: {} has another text; --force replaces it\n", file);
+    return fmt::format("kept: {}, because it has been changed; --force replaces it\n", file);
   codegen::write_file_atomically(file, text);
   return fmt::format("written: {}, an observer that steps these equations. Train it with\n  {}\n", file, train);
 }
@@ -152,7 +152,7 @@ void add_identify(CLI::App& app, Action& action) {
   options.changes(arguments->overrides);
   options.value("--threads", arguments->threads, "number of threads; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024));
-  options.flag("--no-filters", arguments->no_filters, "find the parameters only, test no filters");
+  options.flag("--no-filters", arguments->no_filters, "only find the parameters, without a test of filters");
   options.flag("--json", arguments->json, "print identified.json instead of tables");
   options.flag("--force", arguments->force, "replace the results of another identification in the directory");
   options.flag("--help-config", arguments->help_config, "list the keys of [identify] with their defaults and stop");

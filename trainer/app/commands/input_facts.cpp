@@ -26,15 +26,15 @@ std::string ignored_inputs_note(const codegen::Model& model) {
   for (const auto& [name, inputs] : model.provenance)
     if (name == kIgnoredInputsFact)
       return fmt::format(
-          "note: this {} observer was trained without inputs, so it does not know {}: where an input acts, its "
-          "estimates are wrong; train with an [excitation], or use structure = \"driven_kkl\"\n",
+          "note: this {} observer was trained without inputs, so it does not know {}: its estimates are wrong while an "
+          "input acts; train with an [excitation], or use structure = \"driven_kkl\"\n",
           codegen::structure_name(model), inputs);
   return "";
 }
 
 std::string input_delay(const LogConfig& log, double sample_period_s) {
   const std::string delays = delays_in_flight(log, sample_period_s);
-  return delays.empty() ? "" : "give the step this older value of u, delayed by so many samples: " + delays;
+  return delays.empty() ? "" : "pass delayed inputs to the step; delay in samples: " + delays;
 }
 
 }  // namespace nlo::trainer

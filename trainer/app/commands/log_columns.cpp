@@ -107,14 +107,14 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
                                     channel->unit));
         break;
       case UnitsAre::kOfDifferentKinds:
-        throw codegen::Error(fmt::format(
-            "{}: [[log.columns]] \"{}\": its unit is {}, and the model's is {}: they are of different kinds; "
-            "name the right column, or correct its unit",
-            file, column.name, with_kind(column.unit), with_kind(channel->unit)));
+        throw codegen::Error(
+            fmt::format("{}: [[log.columns]] \"{}\": its unit is {}, but the model uses {}, which measures another "
+                        "kind of quantity; name the right column, or correct its unit",
+                        file, column.name, with_kind(column.unit), with_kind(channel->unit)));
       case UnitsAre::kUnknown:
         notes.push_back(
-            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units does not have both, so nothing "
-                        "is converted; write scale and offset if they differ",
+            fmt::format("\"{}\" has the unit {}, but the model uses {}: the table of units does not have both, so "
+                        "nothing is converted; if they differ, write scale and offset",
                         column.name, with_kind(column.unit), with_kind(channel->unit)));
         break;
     }
@@ -143,10 +143,10 @@ void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& file
       if (is_absent(log, column, headings)) here.push_back(column.name);
     const auto states = std::ranges::count(log.columns, ColumnRole::kState, &ColumnConfig::role);
     if (!here.empty() && static_cast<std::ptrdiff_t>(here.size()) == states)
-      throw codegen::Error(fmt::format(
-          "{}: has no column of {}: without a truth there is nothing to score; name the columns that hold it "
-          "with --columns FILE.toml",
-          path, fmt::join(here, ", ")));
+      throw codegen::Error(
+          fmt::format("{}: has no column of {}, so there is no truth for the evaluation; name the columns of the truth "
+                      "with --columns FILE.toml",
+                      path, fmt::join(here, ", ")));
     absent.insert(absent.end(), here.begin(), here.end());
   }
   std::erase_if(log.columns, [&](const ColumnConfig& column) {

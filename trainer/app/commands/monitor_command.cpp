@@ -53,16 +53,17 @@ const char* alarm_name(nlo::Alarm alarm) {
   return kNames[static_cast<std::size_t>(alarm)];
 }
 
-// Expected number on the test logs; with fewer alarms their rate is not significant.
+// Smallest expected number of alarms on the test logs; with fewer alarms their rate is not significant.
 constexpr double kEnoughAlarms = 3.0;
 
-/// Returns one line for each sensor fault that does harm without an alarm. These lines come first.
+/// Returns one line for each sensor fault that harms the estimate without an alarm. These lines come first.
 std::string undetected_text(const std::vector<FaultRow>& faults) {
   std::string text;
   for (const FaultRow& row : faults)
     if (row.undetected())
-      text += fmt::format("NOT DETECTED: {} {}: {} times the error; {} of {} runs that it harms have an alarm\n",
-                          row.output, fault_name(row.fault), significant(row.error), row.seen, row.harmed);
+      text += fmt::format(
+          "NOT DETECTED: {} {}: the error becomes {} times as large, but only {} of {} harmed runs have an alarm\n",
+          row.output, fault_name(row.fault), significant(row.error), row.seen, row.harmed);
   return text.empty() ? text : text + "\n";
 }
 
@@ -99,20 +100,20 @@ std::string faults_text(const std::vector<FaultRow>& faults) {
 std::string log_rate_text(const codegen::Monitor& monitor, const MonitorStudy& study) {
   if (!study.on_logs) return "";
   if (study.log_hours * monitor.false_alarms_per_hour < kEnoughAlarms)
-    return fmt::format("alarms an hour in nominal flight: unknown, {} h of test logs are too few to tell\n",
+    return fmt::format("alarms per hour in nominal flight: unknown, because {} h of test logs are too short\n",
                        significant(study.log_hours));
   return fmt::format(
-      "on the test logs, {} h: {} alarms an hour{}{}{}\n", significant(study.log_hours),
+      "on the test logs, {} h: {} alarms per hour{}{}{}\n", significant(study.log_hours),
       significant(study.on_logs->per_hour), study.on_logs->most == Alarm::kNone ? "" : ", mostly ",
       alarm_name(study.on_logs->most),
-      study.on_logs->per_hour > 2.0 * monitor.false_alarms_per_hour ? ": more than twice what was asked for" : "");
+      study.on_logs->per_hour > 2.0 * monitor.false_alarms_per_hour ? ", more than twice the requested rate" : "");
 }
 
 std::string conditions_text(const MonitorStudy& study) {
   if (study.rows.empty()) return "";
   std::string text = fmt::format(
-      "\n{} runs of {} s a condition, time constant {} s, once armed. error: norm of x - x_hat; ratio: to that of\n"
-      "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
+      "\n{} runs of {} s for each condition, time constant {} s, once armed. error: norm of x - x_hat; ratio: error /\n"
+      "error of the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
       study.runs, significant(study.horizon_s), significant(study.time_constant_s));
   Table table{{"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"}};
   for (const MonitorRow& row : study.rows)
@@ -131,14 +132,14 @@ std::string monitor_text(const FittedMonitor& fitted, const MonitorStudy& study)
   const codegen::Monitor& monitor = fitted.monitor;
   const bool gated = monitor.gate < std::sqrt(kNoLimit);
   std::string text = undetected_text(study.faults);
-  text += fmt::format("limits for {} false alarms an hour, from {} h of runs as in training; {}\n",
+  text += fmt::format("limits for {} false alarms per hour, from {} h of runs as in training; {}\n",
                       significant(monitor.false_alarms_per_hour), significant(monitor.hours),
                       gated ? fmt::format("gate at {} deviations of the innovation", significant(monitor.gate))
                             : "the gate is open: it rejects nothing");
   for (const std::string& note : fitted.notes) text += note + "\n";
   text += log_rate_text(monitor, study);
   if (!fitted.unwatched.empty())
-    text += fmt::format("not watched, because values in training already come near the largest possible one: {}\n",
+    text += fmt::format("not watched, because values in training are already close to the largest possible value: {}\n",
                         fmt::join(fitted.unwatched, ", "));
   return text + gate_text(fitted) + faults_text(study.faults) + conditions_text(study);
 }
@@ -184,7 +185,7 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
 
 constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
-constexpr double kMostSamples = 4e6;  // samples of the runs for the limits
+constexpr double kMostSamples = 4e6;  // largest number of samples of the runs for the limits
 constexpr int kFewestLimitRuns = 30;  // slow plants: 210 time constants in all
 constexpr int kChunk = 64;            // runs in memory together
 constexpr int kTrialRuns = 24;        // runs for the trial of the gate
@@ -213,7 +214,7 @@ double affordable_hours(double hours, double sample_period_s) {
   return std::min(hours, kMostSamples * sample_period_s / kHour);
 }
 
-/// Writes the model while no training uses the folder. If the model has changed since `read` was read, it is kept.
+/// Writes the model while no training uses the folder. If the file no longer contains `read`, it is not replaced.
 void write(const codegen::Model& model, const std::string& output, const std::string& origin, const std::string& read) {
   constexpr auto kPatience = std::chrono::seconds(2);  // time in which another `nlo monitor` may write
   const std::filesystem::path folder = std::filesystem::path(output).parent_path();
@@ -227,8 +228,8 @@ void write(const codegen::Model& model, const std::string& output, const std::st
   }
 }
 
-/// Chooses the time constant and the rate of false alarms unless the user has. Returns notes on unusual values. Throws
-/// codegen::Error for a rate that is not possible with averages over so long a time.
+/// Chooses the time constant and the rate of false alarms if the user has not given them. Returns notes on unusual
+/// values. Throws codegen::Error for a rate that is too high for the time constant.
 std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Model& model, const SensedRuns& runs,
                                       bool recorded) {
   TimeConstant chosen{request.time_constant_s};
@@ -247,7 +248,7 @@ std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Mo
   if (request.false_alarms_per_hour > 0.0) return notes;
   request.false_alarms_per_hour = std::min(kUsualPerHour, kUsual * per_hour);
   if (request.false_alarms_per_hour < kUsualPerHour)
-    notes.push_back(fmt::format("{} false alarms an hour, not {}: one in 100 time constants of {:.3g} s",
+    notes.push_back(fmt::format("{} false alarms per hour instead of {}: one in 100 time constants of {:.3g} s",
                                 significant(request.false_alarms_per_hour), kUsualPerHour, chosen.seconds));
   return notes;
 }
@@ -277,7 +278,7 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
   return fitted;
 }
 
-/// Fits predictions and the gate on training logs, and limits on these and the validation logs. The gate is tried on
+/// Fits predictions and the gate on training logs, and limits on these and the validation logs. The gate is tested on
 /// the validation logs, which were not used to set it.
 FittedMonitor monitor_of_logs(const codegen::Model& model, const LogSplits& splits, MonitorRequest& request) {
   Dataset logs = splits.train;
@@ -300,11 +301,12 @@ void run_monitor(MonitorArguments arguments) {
   experiment.threads = arguments.request.threads;
   if (experiment.log && arguments.data.empty())
     throw codegen::Error(fmt::format(
-        "{}: was trained on logs, which a monitor needs, too; name their directory: --data DIR", arguments.model));
+        "{}: was trained on logs, and a monitor needs them too; name their directory: --data DIR", arguments.model));
   if (experiment.log && (!arguments.noise.empty() || !arguments.conditions.empty()))
     throw codegen::Error("--noise and --conditions are for simulated plants, but this model was trained on logs");
   if (!experiment.log && !arguments.data.empty())
-    throw codegen::Error(fmt::format("--data: {} was trained on a simulated [plant]; leave it out", arguments.model));
+    throw codegen::Error(
+        fmt::format("--data: {} was trained on a simulated [plant]; leave --data out", arguments.model));
   const std::string output = arguments.output.empty() ? arguments.model : arguments.output;
   if (is_stdout(output)) throw codegen::Error("-o -: stdout has the table; name a file for the model");
   if (!arguments.dry_run) check_output_file(output);
@@ -351,8 +353,7 @@ void run_monitor(MonitorArguments arguments) {
     if (!arguments.accept_undetected && !undetected_text(study.faults).empty())
       throw RunFailure(
           fmt::format("{}: a dead, frozen or zero sensor harms the estimate without an alarm (first lines of the "
-                      "table); watch that "
-                      "sensor by other means, and say --accept-undetected",
+                      "table); monitor that sensor by other means, then add --accept-undetected",
                       arguments.model));
   });
 }
@@ -364,14 +365,14 @@ void add_monitor(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("monitor", "Add a monitor to a model: alarms in flight when its estimates are wrong");
   Options options(*command);
-  options.value("MODEL", arguments->model, "model.json of nlo train; a monitor that it has is replaced")->required();
+  options.value("MODEL", arguments->model, "model.json of nlo train; an existing monitor in it is replaced")
+      ->required();
   options.directory("--data", arguments->data, "directory of its training logs");
   options
-      .value(
-          "--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
-          "false alarms per hour of the plant's time, if sensors and plant are as in training (default: 1, or 1 in 100 "
-          "time constants if that is less)",
-          "N")
+      .value("--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
+             "false alarms per hour of flight with sensors and plant as in training (default: 1, or 1 in 100 time "
+             "constants if that is less)",
+             "N")
       ->check(CLI::Range(1e-3, 1e3));
   options
       .value("--time-constant", arguments->request.time_constant_s,

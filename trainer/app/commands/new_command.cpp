@@ -87,10 +87,10 @@ std::string table_of(const GuessedLog& log) {
 }
 
 std::string clock_text(const GuessedClock& clock) {
-  if (clock.period_s == 0.0) return "no column is a time: give the time between rows, --period SECONDS\n";
+  if (clock.period_s == 0.0) return "no column is a time: give the time between rows with --period SECONDS\n";
   if (clock.heading.empty())
-    return fmt::format("no column is a time: rows are {} s apart\n", shortest_text(clock.period_s));
-  return fmt::format("time: \"{}\" in {} ({}); a row each {} s, {}\n", clock.heading, clock.unit, clock.why,
+    return fmt::format("no column is a time: the time between rows is {} s\n", shortest_text(clock.period_s));
+  return fmt::format("time: \"{}\" in {} ({}); a row every {} s, {}\n", clock.heading, clock.unit, clock.why,
                      significant(clock.period_s), evenness_text(clock));
 }
 
@@ -101,18 +101,18 @@ std::vector<FoundProduct> products_of(const std::string& text, const GuessedLog&
   try {
     const Experiment experiment = parse_draft(text, "").experiment;
     return find_products(load_logs(*experiment.log, log.directory, log.train));
-  } catch (const codegen::Error&) {  // nlo train reports it for the written file, with a better message
+  } catch (const codegen::Error&) {  // nlo train reports the error for the written file, with a better message
     return {};
   }
 }
 
 std::string gain_text(const FoundProduct& product) {
-  return fmt::format("the error of a ridge on logs that it was not fitted on falls by {:.0f} %", 100.0 * product.gain);
+  return fmt::format("it lowers the error of a ridge regression on left-out logs by {:.0f} %", 100.0 * product.gain);
 }
 
 std::string product_text(const FoundProduct& product) {
   return fmt::format(
-      "\n[[log.columns]]\nname = \"{}\"\nrole = \"output\"\nexpression = \"{}\"  # flight computes it: {}\n",
+      "\n[[log.columns]]\nname = \"{}\"\nrole = \"output\"\nexpression = \"{}\"  # computed in flight: {}\n",
       product.name, product.expression, gain_text(product));
 }
 
@@ -133,14 +133,15 @@ void run_new_log(const NewArguments& arguments) {
                       files_text(log.validation.size()), files_text(log.test.size()));
   for (const std::string& note : log.notes) said += fmt::format("note: {}\n", note);
   for (const FoundProduct& product : products)
-    said += fmt::format("{} is computed and read too: {}\n", product.expression, gain_text(product));
+    said += fmt::format("{} is added as a computed output: {}\n", product.expression, gain_text(product));
   const std::vector<std::string> undecided = log.undecided();
   if (!undecided.empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0)
     said += fmt::format(
-        "\nNumbers do not show which columns are measured in flight and which are truth that only a log has. Set the\n"
+        "\nThe numbers do not show which columns are measured in flight and which are truth that only a log has. Set "
+        "the\n"
         "roles in {}, or give them here:\n  {} --force --outputs A,B --inputs C --states D,E\n",
         arguments.output, command);
-  said += fmt::format("\nwritten  {}; look at what it guessed, then:\n  {}\n", arguments.output, train);
+  said += fmt::format("\nwritten  {}; check the guesses, then:\n  {}\n", arguments.output, train);
   fmt::print("{}", printable(said));
 }
 
@@ -153,13 +154,14 @@ void run_new(NewArguments arguments) {
   check_output_file(arguments.output);
   std::error_code ignored;
   if (!is_stdout(arguments.output) && !arguments.force && fs::exists(arguments.output, ignored))
-    throw codegen::Error(fmt::format("{}: exists already; write another file with -o FILE, or replace it with --force",
+    throw codegen::Error(fmt::format("{}: already exists; write another file with -o FILE, or replace it with --force",
                                      arguments.output));
   if (is_log) return run_new_log(arguments);
   run_phase([&] { write_output_file(arguments.output, plant_template(name_of(arguments.output), arguments.output)); });
   if (!is_stdout(arguments.output))
-    fmt::print("written  {0}: a pendulum, to be replaced by your plant; it trains as it is:\n  nlo train {1}\n",
-               arguments.output, shell_word(arguments.output));
+    fmt::print(
+        "written  {0}: a pendulum, which you can replace by your plant; to train it as it is:\n  nlo train {1}\n",
+        arguments.output, shell_word(arguments.output));
 }
 
 }  // namespace

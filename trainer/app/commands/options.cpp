@@ -10,10 +10,10 @@
 namespace nlo::trainer {
 
 std::string check_seed(const std::string& text) {
-  constexpr std::size_t kMostDigits = 18;  // TOML's integers end at 2^63
+  constexpr std::size_t kMostDigits = 18;  // TOML's integers are below 2^63
   const bool is_whole = std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!text.empty() && is_whole && text.size() <= kMostDigits) return "";
-  return fmt::format("{} is not a seed; write an integer from 0 on, of at most {} digits", text, kMostDigits);
+  return fmt::format("{} is not a seed; write an integer of at least 0 with at most {} digits", text, kMostDigits);
 }
 
 std::string check_scale(const std::string& text) {
@@ -27,12 +27,12 @@ std::string check_minutes(const std::string& text) {
   constexpr double kShortest = 0.05, kLongest = 1e5;
   const auto number = finite_number(text);
   if (number && *number >= kShortest && *number <= kLongest) return "";
-  return fmt::format("{} is not a time to search for; write minutes from {} to {}", text, kShortest, kLongest);
+  return fmt::format("{} is not a valid time for the search; write minutes from {} to {}", text, kShortest, kLongest);
 }
 
 void Options::experiment(ExperimentArgument& to) {
   changes(to.overrides);
-  value("--seed", to.seed, "replaces the seed of the file")->check(check_seed);
+  value("--seed", to.seed, "seed that replaces the seed of the file")->check(check_seed);
   value("--threads", to.threads, kThreads);
 }
 

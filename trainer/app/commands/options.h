@@ -11,8 +11,8 @@
 
 namespace nlo::trainer {
 
-/// Checks of options for CLI11. They return an empty text for a valid value, otherwise the expected form. CLI11's own
-/// checks convert -1 to a large unsigned number, and accept NaN in every range.
+/// Checks of options for CLI11. They return an empty text for a valid value, otherwise the expected form. They are
+/// needed because CLI11's own checks convert -1 to a large unsigned number and accept NaN in every range.
 std::string check_seed(const std::string& text);
 std::string check_scale(const std::string& text);
 std::string check_minutes(const std::string& text);
@@ -77,7 +77,7 @@ class Options {
 
  private:
   static constexpr const char* kThreads = "number of threads; 0: all cores; does not affect the result";
-  static constexpr const char* kSet = "SECTION.KEY=VALUE instead of what the file says; may be repeated";
+  static constexpr const char* kSet = "SECTION.KEY=VALUE: value that replaces the value in the file; may be repeated";
 
   CLI::App& command_;
 };

@@ -25,8 +25,8 @@ namespace {
   arguments.push_back(nullptr);
   ::execv(program.c_str(), arguments.data());
   throw codegen::Error(
-      fmt::format("{}: {}; nlo {} is a program of its own: build it with `cmake --build build/release --target "
-                  "{}`, or install the package nlo, which has it beside nlo",
+      fmt::format("{}: {}; nlo {} is a separate program: build it with `cmake --build build/release --target {}`, or "
+                  "install the package nlo, which contains it",
                   program, std::generic_category().message(errno), command_name, name));
 }
 

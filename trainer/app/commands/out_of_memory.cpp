@@ -30,7 +30,8 @@ void end_where_memory_ends() {
 
 }  // namespace nlo::trainer
 
-// Eigen asks malloc and not operator new: the linker sends it here (--wrap). NOLINTBEGIN(bugprone-reserved-identifier)
+// Eigen calls malloc and not operator new; the linker redirects these calls here (--wrap).
+// NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 void* __real_malloc(std::size_t size);
 void* __real_realloc(void* old, std::size_t size);

@@ -34,7 +34,8 @@ bool writable(const fs::path& path) {
 void check_output_directory(const std::string& path) {
   if (is_stdout(path))
     throw codegen::Error(
-        "-o -: this command writes a folder of files, and stdout is one; name a folder: -o DIR (./- for one of that "
+        "-o -: this command writes a folder of files, but stdout is a single file; name a folder: -o DIR (./- for one "
+        "of that "
         "name)");
   const fs::path existing = nearest_existing(path);
   std::error_code ignored;
@@ -86,9 +87,9 @@ void check_output_file(const std::string& file, bool makes_folder) {
   if (parent.empty()) parent = ".";
   if (makes_folder) parent = nearest_existing(parent);
   if (makes_folder && !fs::is_directory(parent, ignored))
-    throw codegen::Error(fmt::format("{}: {} is a file; write into another folder", file, parent.string()));
+    throw codegen::Error(fmt::format("{}: {} is a file, not a folder; write to another folder", file, parent.string()));
   if (!fs::is_directory(parent, ignored))
-    throw codegen::Error(fmt::format("{}: there is no directory {}; make it first", file, parent.string()));
+    throw codegen::Error(fmt::format("{}: there is no directory {}; create it first", file, parent.string()));
   if (!writable(parent) && ::access(file.c_str(), W_OK) != 0)
     throw codegen::Error(fmt::format("{}: no permission to write in {}", file, parent.string()));
 }

@@ -26,8 +26,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// CLI11's own help with a wrapped right column. "INT:INT in [1 - 100]=20" is shown as "INT=20", with "1 to 100" behind
-/// the description.
+/// CLI11's help with a wrapped right column. "INT:INT in [1 - 100]=20" is shown as "INT=20", with "1 to 100" behind the
+/// description.
 class HelpFormatter : public CLI::Formatter {
  public:
   explicit HelpFormatter(std::size_t width) : width_(width) {}

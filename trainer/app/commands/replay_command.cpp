@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo replay: replays a recorded flight with the arithmetic that flew.
+// nlo replay: replays a recorded flight with the arithmetic of the export that was used in it.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -36,7 +36,7 @@ std::vector<std::pair<std::string, std::string>> headings_of(const std::vector<s
   for (const std::string& text : columns) {
     const std::size_t at = text.find('=');
     if (at == 0 || at == std::string::npos || at + 1 == text.size())
-      throw codegen::Error(fmt::format("--column {}: expected NAME=HEADING, as --column x1_hat=est_pos", text));
+      throw codegen::Error(fmt::format("--column {}: expected NAME=HEADING, such as --column x1_hat=est_pos", text));
     headings.emplace_back(text.substr(0, at), text.substr(at + 1));
   }
   return headings;
@@ -101,7 +101,7 @@ void run_replay(const ReplayArguments& arguments) {
     std::vector<std::string> digits;
     for (const LoggedColumn& column : log.answers)
       if (column.digits > 0) digits.push_back(fmt::format("{} {}", column.heading, column.digits));
-    report += fmt::format("{} numbers were compared as they are rounded in the log (digits: {}); %.{}g prints all\n",
+    report += fmt::format("{} numbers were compared with the digits of the log (digits: {}); %.{}g prints all digits\n",
                           rounded, fmt::join(digits, ", "), compare.digits_needed());
     if (!difference) report += "the same, to the digits of the log\n";
   } else if (!difference) {
@@ -110,7 +110,9 @@ void run_replay(const ReplayArguments& arguments) {
   auto* const to = is_stdout(arguments.output) && !arguments.output.empty() ? stderr : stdout;
   if (difference) report += difference_text(log, compare, *difference, answers, model.sample_period_s, flown.single());
   fmt::print(to, "{}", printable(report));
-  if (difference) throw RunFailure(fmt::format("{} differs from the results of {}", log.file, arguments.model));
+  if (difference)
+    throw RunFailure(
+        fmt::format("{} differs from the results of {} (first difference above)", log.file, arguments.model));
 }
 
 }  // namespace
@@ -120,15 +122,15 @@ void add_replay(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("replay", "Reproduce a recorded flight bit for bit, or print the first difference");
   Options options(*command);
-  options.value("MODEL", arguments->model, "model.json that flew")->required();
+  options.value("MODEL", arguments->model, "model.json of the export that flew")->required();
   options
       .value("LOG", arguments->log,
              "CSV with a row for each step: the arguments of step(), NAME_hat of each state, and optionally dt, status "
              "and in_domain")
       ->required();
   options.shown("--target", arguments->flown.target,
-                "target of the export that flew: c99 (also for single and the deterministic policy), or cpp (the fast "
-                "policy, whose bits depend on processor, compiler and flags)");
+                "target of the export that flew: c99 (also for the single header and the deterministic policy), or cpp "
+                "(the fast policy, whose bits depend on processor, compiler and flags)");
   options.shown("--scalar", arguments->flown.scalar, "--scalar of that export: float, double or int16");
   options.shown("--weights", arguments->flown.weights, "--weights of that export (cpp): float, bf16 or fp16");
   options.value("--max-error", arguments->flown.max_error, "--max-error of that export (cpp)", "VALUE");

@@ -35,7 +35,7 @@ void run_report(ReportArguments arguments) {
   RunReport report;
   if (experiment.plant) {
     for (const NoiseConfig& noise : noises) check_noise(noise, make_plant(*experiment.plant)->outputs().size());
-    if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
+    if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a simulated plant; leave --data out");
     report = run_phase([&] { return report_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; name their directory: --data DIR");

@@ -58,7 +58,7 @@ void simulate_and_derive(const DraftExperiment& draft, const std::string& direct
   if (draft.complete) return;
   DraftExperiment found = draft;
   found.experiment.log = run.experiment.log;
-  if (!quiet) fmt::print(stderr, "deriving what the experiment leaves out ...\n");
+  if (!quiet) fmt::print(stderr, "deriving the missing keys of the experiment ...\n");
   Recipe recipe = run_phase([&] { return derive_recipe(found, run.data.training, run.data.choosing()); });
   if (!quiet) fmt::print(stderr, "{}", printable(recipe.text));
   run.experiment = std::move(recipe.experiment);
@@ -84,8 +84,8 @@ RunData logged_data(const Experiment& experiment, const std::string& directory, 
   if (!quiet) fmt::print(stderr, "{}", printable(to_text(splits.report)));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
   if (splits.validation.trajectories.empty() && !quiet)
-    fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs{}\n",
-               experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
+    fmt::print(stderr, "no validation_files: the model is selected by its error on the training logs{}\n",
+               experiment.inverse_map.error ? ", and its error intervals are too narrow on other logs" : "");
   const bool drops = experiment.training.transient == Transient::kDrop;
   const ReportedLogs reported = logs_to_report_on(splits);
   Dataset judged;  // a log of many rows is large; it is copied only if its transient is dropped

@@ -95,14 +95,15 @@ void write_run_files(const RunFiles& files, const codegen::Model& model, const L
   const auto count = static_cast<int>(runs.size());
   const std::size_t all = evaluation.entries.front().metrics.runs;
   if (files.any() && runs.size() < all)
-    fmt::print(stderr, "{} of the {} runs are written: the first, the best, the worst and others between\n", count,
+    fmt::print(stderr, "{} of the {} runs are written: the first, the best, the worst, and some of the others\n", count,
                all);
   if (!files.figure.empty()) {
     std::vector<Figure> figures;
     for (const EvaluatedRun& run : runs) {
       figures.push_back(run_picture(run, evaluation.states, evaluation.outputs));
       if (figures.back().panels.empty())
-        throw codegen::Error(fmt::format("--figure: {} has one sample; there is nothing to draw", run.truth.source));
+        throw codegen::Error(
+            fmt::format("--figure: {} has only one sample, so there is no figure; use a longer log", run.truth.source));
     }
     const Drawing drawing = draw(figures);
     if (!drawing.failure.empty())

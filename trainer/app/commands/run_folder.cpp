@@ -37,10 +37,8 @@ void refuse_a_foreign_model(const std::string& folder, const std::string& experi
   if (!has_model(folder)) return;
   const std::string model = model_in(folder), owner = owner_of(model);
   if (owner.empty())
-    throw codegen::Error(
-        fmt::format("{}: holds no model of this program; choose another "
-                    "directory with -o DIR, or replace it with --force",
-                    model));
+    throw codegen::Error(fmt::format(
+        "{}: is not a model of nlo; choose another directory with -o DIR, or replace it with --force", model));
   if (owner != experiment_name)
     throw codegen::Error(
         fmt::format("{}: holds the model of another experiment, {}; choose another directory with "
@@ -65,7 +63,8 @@ bool RunFolder::holds(const FinishedRun& run) const {
 bool RunFolder::can_resume() const {
   if (has_begun(0) || has_begun(last_round_)) return true;
   if (has_model(path_))
-    throw codegen::Error(fmt::format("{}/checkpoint.bin: no such file to resume from; start without --resume", path_));
+    throw codegen::Error(fmt::format(
+        "{}/checkpoint.bin: there is no such file, so the training cannot be resumed; start without --resume", path_));
   return false;
 }
 

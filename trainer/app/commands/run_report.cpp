@@ -41,12 +41,12 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
   logs.split = judged.split;
   if (judged.split == "validation")
     logs.notes.insert(logs.notes.begin(),
-                      "These are the validation logs, by which the model was chosen: errors on new logs may be larger. "
-                      "Name some logs as test_files in [log].");
+                      "These are the validation logs, which were used to select the model: errors on new logs may be "
+                      "larger. Name some logs as test_files in [log].");
   if (judged.split == "training")
     logs.notes.insert(logs.notes.begin(),
-                      "These are the training logs: the errors say how well the model fits them, not how well it does "
-                      "on others. Name logs as validation_files and test_files in [log].");
+                      "These are the training logs: errors on other logs may be much larger. Name logs as "
+                      "validation_files and test_files in [log].");
   return report;
 }
 

@@ -20,8 +20,8 @@ namespace nlo::trainer {
 SearchTask search_task(Experiment experiment, const std::string& data_directory) {
   if (experiment.feedback && experiment.feedback->rounds > 0)
     throw codegen::Error(
-        "--auto does not search experiments whose [feedback] has rounds, each of which trains again; search with "
-        "--set feedback.rounds=0, then train the found experiment with its rounds");
+        "--auto cannot search experiments with rounds of [feedback], because each round is another training; search "
+        "with --set feedback.rounds=0, then train the resulting experiment with its rounds");
   SearchTask task;
   if (experiment.plant) {
     task.data = simulated_data(experiment);
@@ -34,10 +34,8 @@ SearchTask search_task(Experiment experiment, const std::string& data_directory)
     constexpr std::size_t kPart = 4;  // every fourth log
     if (files.train.size() < 2)
       throw codegen::Error(
-          "--auto chooses by logs that training has not seen, but there is only one log; name another as "
-          "validation_files "
-          "in "
-          "[log]");
+          "--auto compares candidates on logs that training has not seen, but there is only one log; name another one "
+          "as validation_files in [log]");
     std::vector<std::string> kept;
     for (std::size_t i = 0; i < files.train.size(); ++i) {
       const bool held = i % kPart == kPart - 1 || (files.train.size() < kPart && i + 1 == files.train.size());
@@ -65,7 +63,7 @@ CandidateData::CandidateData(const SearchTask& task, const Experiment& candidate
 SearchJudge::SearchJudge(const Experiment& experiment, const Dataset& validation) : experiment_(experiment) {
   if (experiment.plant) {
     constexpr int kRuns = 100;
-    constexpr std::uint64_t kNoTest = 0x6175746fULL;  // differs from the seeds that people give tests
+    constexpr std::uint64_t kNoTest = 0x6175746fULL;  // differs from usual seeds of tests
     const auto plant = make_plant(*experiment.plant);
     runs_ = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed ^ kNoTest, SeedStream::kTest), kRuns);
     PlantChannels(*experiment.plant, *plant).apply(runs_);

@@ -83,8 +83,8 @@ void run_simulate(const SimulateArguments& arguments) {
   const NoiseConfig noise = parse_noise(arguments.noise);
   Experiment experiment = read_draft(arguments.experiment).experiment;
   if (!experiment.plant)
-    throw codegen::Error(
-        fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));
+    throw codegen::Error(fmt::format("{}: uses logs and has no [plant] to simulate; name an experiment with a [plant]",
+                                     arguments.experiment.experiment));
   if (!arguments.draw_parameters) experiment.plant->parameter_ranges.clear();
   const auto plant = make_plant(*experiment.plant);
   const Excitation excitation = parse_excitation(*plant, arguments.inputs);
@@ -125,12 +125,13 @@ void add_simulate(CLI::App& app, Action& action) {
   options.number("--trajectories", arguments->trajectories, 1, kMostTrajectories,
                  "number of trajectories, each in its own file");
   options.shown("--noise", arguments->noise,
-                "noise of the columns NAME_measured, as for nlo evaluate; or one for each output, separated by commas");
+                "noise of the columns NAME_measured, in the format of nlo evaluate; or one noise for each output, "
+                "separated by commas");
   options.repeated("--input", arguments->inputs,
                    "input u(t) of the plant, such as \"cos(12*t)\"; once for each of its inputs, in order", "EXPR");
-  options.flag(
-      "--draw-parameters", arguments->draw_parameters,
-      "draw parameters with a range for each trajectory, as in training; otherwise they have the middle value");
+  options.flag("--draw-parameters", arguments->draw_parameters,
+               "draw parameters that have a range for each trajectory, as in training; otherwise each has the middle "
+               "of its range");
   options.seed(arguments->seed, "seed of the initial states and the noise");
   options.changes(arguments->experiment.overrides);
   command->footer(

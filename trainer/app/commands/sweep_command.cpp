@@ -74,7 +74,8 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
     try {
       Experiment experiment = read_draft(argument_of(job, places)).experiment;
       if (experiment.plant && !places.data.empty())
-        throw codegen::Error("data is for experiments with a [log]; this one simulates its [plant]; leave it out");
+        throw codegen::Error(
+            "data is only for experiments with a [log], but this one simulates its [plant]; leave data out");
       checked.push_back({std::move(job), std::move(experiment)});
     } catch (const codegen::Error& error) {
       fail(plan, job, error.what());
@@ -82,8 +83,8 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
     const CheckedJob& last = checked.back();
     const auto [before, is_new] = seen.emplace(last.experiment.source_text, last.job.name);
     if (!is_new)
-      throw codegen::Error(fmt::format("{}: the plan has a training twice, as {} and as {}; leave one out", plan.place,
-                                       before->second, last.job.name));
+      throw codegen::Error(fmt::format("{}: the plan has the same training twice, as {} and as {}; remove one",
+                                       plan.place, before->second, last.job.name));
   }
   return checked;
 }
@@ -115,7 +116,7 @@ void run_here(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, co
   if (result.left > 0) throw RunFailure(result.interrupted_text(command));
   const std::size_t failed = result.failures.size();
   const std::string what = fmt::format("{} of {} jobs failed", failed, trainings.size());
-  if (refused > 0 && refused == failed) throw codegen::InputError(what + ", each for its input");
+  if (refused > 0 && refused == failed) throw codegen::InputError(what + ", all because of wrong input");
   if (failed > 0) throw RunFailure(what);
 }
 
@@ -125,8 +126,9 @@ void run_sweep(const SweepArguments& arguments) {
     throw codegen::Error(fmt::format("{}: unknown action; write nlo sweep PLAN.toml, or nlo sweep collect PLAN.toml",
                                      arguments.words.front()));
   if (collect && (arguments.run || arguments.shard))
-    throw codegen::Error("--shard and --run are for jobs; nlo sweep collect looks at all of them");
-  if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which evaluates the jobs");
+    throw codegen::Error("--shard and --run are only for running jobs; leave them out of nlo sweep collect");
+  if (!collect && arguments.timed)
+    throw codegen::Error("--time is only for nlo sweep collect, which evaluates the jobs; leave it out");
   if (is_stdout(arguments.output))
     throw codegen::Error("-o -: every job has its own folder, and stdout is not a folder; write -o DIR");
   const SweepPlan plan = read_sweep_plan(arguments.words.back());
@@ -176,7 +178,8 @@ void add_sweep(CLI::App& app, Action& action) {
   options
       .value("--threads", arguments->threads, "number of threads of each job; 0: all cores; does not affect the result")
       ->check(CLI::Range(0, 1024));
-  options.flag("--time", arguments->timed, "collect: also the time of a step and an estimate on this machine [ns]");
+  options.flag("--time", arguments->timed,
+               "collect: also measure the time of a step and an estimate on this machine [ns]");
   command->footer(
       "A finished job does nothing if it is run again. A killed job continues, and its result has the same bytes.\n"
       "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash and, with "

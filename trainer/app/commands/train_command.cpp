@@ -30,7 +30,7 @@ namespace {
 /// Returns true if the training continues from a checkpoint in the folder.
 bool goes_on(const TrainArguments& arguments, const RunFolder& folder) {
   if (!arguments.resume || folder.can_resume()) return arguments.resume;
-  if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", folder.path());
+  if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume, so the training starts\n", folder.path());
   return false;
 }
 
@@ -147,8 +147,8 @@ void add_train(CLI::App& app, Action& action) {
   options.directory("-o,--output", arguments->output,
                     "directory for model.json, metrics.csv and report.html (default: runs/NAME)");
   options.flag("--resume", arguments->resume,
-               "continue from the checkpoint in the directory, with the same bytes as an uninterrupted run; without a "
-               "checkpoint, start; do nothing if the run is finished");
+               "continue from the checkpoint in the directory, which gives the same bytes as an uninterrupted run; "
+               "without a checkpoint, start; if the run is finished, do nothing");
   auto budget = std::make_shared<SearchBudget>();
   auto searching = std::make_shared<bool>(false);
   CLI::Option* automatic =
@@ -160,7 +160,7 @@ void add_train(CLI::App& app, Action& action) {
   for (const auto& [name, to, meaning] :
        {std::tuple{"--max-multiply-adds", &budget->multiply_adds,
                    "--auto: largest number of multiply-adds of a step and an estimate"},
-        {"--max-flash-bytes", &budget->flash_bytes, "--auto: most bytes of constants, in float"}})
+        {"--max-flash-bytes", &budget->flash_bytes, "--auto: largest number of bytes of constants, in float"}})
     options.value(name, *to, meaning)->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))->needs(automatic);
   options.flag("--force", arguments->force, "replace the model of another experiment");
   options.experiment(arguments->experiment);

@@ -81,7 +81,7 @@ void JobsProgress::finish() {
 
 void JobsProgress::show(bool last) {
   state_.share = expected_s_ > 0.0 ? std::clamp(done_s_ / expected_s_, 0.0, 1.0) : 0.0;
-  if (!last) state_.share = std::min(state_.share, 0.999);  // 100 % is shown only once, at the end
+  if (!last) state_.share = std::min(state_.share, 0.999);  // only the last line shows 100 %
   state_.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   state_.left_s = state_.elapsed_s * (1.0 - state_.share) / std::max(state_.share, 1e-6);
   line_.update(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A training that may be killed at any moment, because its folder has its state: checkpoint.bin during the training,
-// then model.json and finished.json (finished_run.h), which identifies the inputs of the model.
+// A training that may be killed at any moment, because its folder contains its state: checkpoint.bin during the
+// training, later model.json and finished.json (finished_run.h). The latter identifies the inputs of the model.
 #pragma once
 
 #include <functional>

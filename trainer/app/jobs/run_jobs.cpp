@@ -18,7 +18,7 @@ void JobsResult::check() const {
 
 std::string JobsResult::interrupted_text(const std::string& command) const {
   return fmt::format("interrupted with {} of {} trainings left; {}", left, done + found + left + failures.size(),
-                     command.empty() ? "with -o DIR the others would be stored" : "to continue: " + command);
+                     command.empty() ? "with -o DIR, finished trainings are stored" : "to continue: " + command);
 }
 
 JobsResult run_jobs(const std::vector<Job>& jobs, const JobsOptions& options) {
@@ -64,7 +64,7 @@ JobsResult run_jobs(const std::vector<Job>& jobs, const JobsOptions& options) {
 namespace {
 
 std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch what is lock-free");
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only use lock-free variables");
 
 extern "C" void request_stop(int signal) {
   stop_requested.store(true);
