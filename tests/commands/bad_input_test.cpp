@@ -110,8 +110,9 @@ const std::vector<BadInput>& bad_inputs() {
       usage("ColumnsWithoutLogs", {"evaluate", "model.json", "--columns", "no.toml"}, "--data FILE..."),
       usage("NoTableOfColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "tiny.toml"},
             "tiny.toml:3: \"plant\" has no use in a file of columns"),
-      usage("ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
-            "--set observer.hold=rk4: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed"),
+      usage(
+          "ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
+          "--set observer.hold=rk4: a test can only change plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY"),
       usage("ChangedPlantOfNoSuchParameter", {"evaluate", "model.json", "--set", "plant.parameters.nu=1.2"},
             "has no parameter \"nu\"; did you mean \"mu\"?"),
       usage("ChangedPlantOfNoSuchKey", {"evaluate", "model.json", "--set", "simulation.horizon=1"},

@@ -77,7 +77,7 @@ TEST(LogsOfAPlant, AreScoredOnlyInStatesWithATruth) {
   };
   EXPECT_EQ(line_of_x1(some.out), line_of_x1(all.out));
   EXPECT_THAT(line_of_x1(some.out), StartsWith("observer"));
-  EXPECT_THAT(some.out, HasSubstr("unscored: x2, of which these logs have no truth"));
+  EXPECT_THAT(some.out, HasSubstr("unscored: x2, because these logs have no truth for them"));
   EXPECT_THAT(some.out, testing::Not(HasSubstr("  x2\n")));
   EXPECT_THAT(all.out, HasSubstr("  x2\n    observer"));
   for (const auto& row : rows(scratch.read("e.csv"))) {

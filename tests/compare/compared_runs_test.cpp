@@ -172,7 +172,7 @@ TEST(Conditions, ErrorsNameTheConditionItsLineAndTheRemedy) {
             "mine.toml:1: condition \"a\" changes the parameter \"mi\""},
            {"[[condition]]\nname = \"a\"\nparameters = { mu = [1, 2] }", "is a range"},
            {"[[condition]]\nname = \"a\"\nprocess_noise = [1, 2, 3]",
-            "has process_noise of 3 states, but the plant has 2"},
+            "has process_noise for 3 states, but the plant has 2"},
            {"[[condition]]\nname = \"a\"\nbox_scale = 0", "mine.toml:3: [[condition]] box_scale"},
            {"[[condition]]\nname = \"a\"\n[[condition]]\nname = \"a\"", "mine.toml:3: condition \"a\" is given twice"},
            {"[[condition]\nname", "mine.toml:"},

@@ -122,10 +122,10 @@ TEST(EvaluateLogs, AFaultySensorIsNotAnnounced) {
 
 TEST(EvaluateLogs, NotesAStateThatTheOutputsDoNotDetermine) {
   const LogEvaluation result = evaluated();
-  ASSERT_EQ(result.notes.size(), 2U);                                          // control: dq is estimated
-  EXPECT_THAT(result.notes[0], HasSubstr("dq gains nothing from a network"));  // its map is linear in its features
+  ASSERT_EQ(result.notes.size(), 2U);                                     // control: dq is estimated
+  EXPECT_THAT(result.notes[0], HasSubstr("dq does not need a network"));  // its map is linear in its features
   EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
-  EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
+  EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("not clearly below that of a constant"));
 }
 
 TEST(EvaluateLogs, ComparesAnAngleGivenByTwoStates) {
@@ -178,7 +178,7 @@ TEST(EvaluateLogs, AStateWithoutATruthIsUnscoredAndDoesNotAffectOthers) {
       EXPECT_NEAR(some.entries[e].metrics.pooled[0].rmse[w], all.entries[e].metrics.pooled[0].rmse[w], 1e-12);
   }
   EXPECT_EQ(some.examples[0].all_estimates.rows(), 2) << "it is estimated although it has no truth";
-  EXPECT_THAT(evaluation_text("m", some), HasSubstr("unscored: hidden, of which these logs have no truth"));
+  EXPECT_THAT(evaluation_text("m", some), HasSubstr("unscored: hidden, because these logs have no truth for them"));
   EXPECT_THAT(evaluation_text("m", all), testing::Not(HasSubstr("no truth")));
   EXPECT_EQ(nlohmann::json::parse(evaluation_json("m", some))["unscored"]["states"][0], "hidden");
 }
@@ -201,8 +201,9 @@ TEST(EvaluateLogs, ReportsUnscoredSamplesAndChecksTheirEstimates) {
   const LogEvaluation wild = evaluated({}, 1.0, logs);
   ASSERT_EQ(wild.notes.size(), 3U);
   EXPECT_THAT(wild.notes[2], HasSubstr("dq is estimated as"));
-  EXPECT_THAT(wild.notes[2], HasSubstr("at t = 0.0300 s of second.csv, where nothing is scored"));
-  EXPECT_THAT(wild.notes[2], HasSubstr("the truth lies within -2.00 and 2.00 rad/s"));
+  EXPECT_THAT(wild.notes[2],
+              HasSubstr("at t = 0.0300 s of second.csv, where the truth is unknown and nothing is scored"));
+  EXPECT_THAT(wild.notes[2], HasSubstr("in scored samples it is between -2.00 and 2.00 rad/s"));
 }
 
 TEST(EvaluateLogs, CountsUnscoredSamplesInsideALog) {

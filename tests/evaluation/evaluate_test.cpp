@@ -277,7 +277,7 @@ TEST(ClosedLoopCost, CountsRunsThatLeaveTheRange) {
   flown.trajectories[1].states(0, 3) = -4.1;
   const ClosedLoopCost cost = closed_loop_cost(resting(), flown);
   EXPECT_EQ(cost.left, 1);
-  EXPECT_THAT(to_text(cost, flown.states), testing::HasSubstr("1 of 2 runs go beyond 2 times the range of that loop"));
+  EXPECT_THAT(to_text(cost, flown.states), testing::HasSubstr("1 of 2 runs exceed 2 times the range of that loop"));
 }
 
 TEST(ClosedLoopCost, RefusesSetsOfDifferentRuns) {

@@ -97,8 +97,10 @@ TEST(ComparisonNotes, NameUndeterminedStatesAndStatesThatNeedNoNetwork) {
                                        {"good", "", "all", 0.5, 1.0, 0.6},
                                        {"alone", "", "all", 0.5, nan, nan}});
   ASSERT_EQ(notes.size(), 2U);
-  EXPECT_THAT(notes[0], HasSubstr("lost is not seen: its error, all: 0.960 m, is no better than that of a constant"));
-  EXPECT_THAT(notes[1], HasSubstr("plain gains nothing from a network"));
+  EXPECT_THAT(
+      notes[0],
+      HasSubstr("lost is not seen: its error in the window all is 0.960 m, not clearly below that of a constant"));
+  EXPECT_THAT(notes[1], HasSubstr("plain does not need a network"));
 }
 
 TEST(StudyRow, GivesTheSameNotesForPlantsAsForLogs) {

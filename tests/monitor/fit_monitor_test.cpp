@@ -312,8 +312,8 @@ TEST(FitMonitor, RefusesTooFewSamples) {
       (void)fit_monitor(model, fit, limits, std::nullopt, {}, {1.0, 40.0 * model.sample_period_s, 1});
     });
   };
-  EXPECT_THAT(message(waves(1, 5, 0.1), none), testing::HasSubstr("too few to set limits on; give longer runs"));
-  EXPECT_THAT(message(waves(1, 1, 0.1, 0.0, 20), none), testing::HasSubstr("samples are too few to make a monitor"));
+  EXPECT_THAT(message(waves(1, 5, 0.1), none), testing::HasSubstr("too few to set limits; give longer runs"));
+  EXPECT_THAT(message(waves(1, 1, 0.1, 0.0, 20), none), testing::HasSubstr("samples are too few for a monitor"));
 }
 
 /// 100 samples at 10 Hz, armed after 10 samples, with alarms at the given samples.
@@ -390,7 +390,7 @@ TEST(TimeConstant, SpansSixteenSamplesAtLeast) {
   model.sample_period_s = 1.0 / 150.0;  // ten samples in the 1/15 s of the slowest mode
   const TimeConstant chosen = time_constant(model, {}, false);
   EXPECT_DOUBLE_EQ(chosen.seconds, 16.0 / 150.0);
-  EXPECT_THAT(chosen.note, testing::HasSubstr("they span 16 samples at least"));
+  EXPECT_THAT(chosen.note, testing::HasSubstr("they must span at least 16 samples"));
 }
 
 TEST(TimeConstant, IsHalvedUntilShortLogsHoldThirtyOfThem) {

@@ -135,7 +135,7 @@ Table tuning_table(const Study& study) {
 
 namespace {
 
-/// Returns "-" if nothing was counted.
+/// Returns the number, or "-" if nothing was counted.
 std::string counted(double number, bool known = false) {
   return known || number > 0.0 ? fmt::format("{:.0f}", number) : "-";
 }
@@ -182,10 +182,10 @@ std::vector<std::string> comparison_findings(const Study& study) {
   for (const std::string& name : simple_names())
     if (const auto contest = contest_with(study, name, estimator_words(name)->title))
       if (!contest->behind.empty())
-        findings.push_back(fmt::format("{} is behind the {}, which knows no plant, in {} of {} conditions: {}.",
-                                       first_observer(study), contest->rival, contest->behind.size(),
-                                       contest->ahead.size() + contest->behind.size(),
-                                       fmt::join(contest->behind, ", ")));
+        findings.push_back(
+            fmt::format("{} is behind the {}, which does not know the plant, in {} of {} conditions: {}.",
+                        first_observer(study), contest->rival, contest->behind.size(),
+                        contest->ahead.size() + contest->behind.size(), fmt::join(contest->behind, ", ")));
   for (std::size_t c = 0; c < study.estimators.size(); ++c) {
     std::map<std::string, std::vector<std::string>> reasons;
     int restarts = 0;
@@ -202,7 +202,8 @@ std::vector<std::string> comparison_findings(const Study& study) {
     if (restarts > 0) findings.push_back(fmt::format("{} overflowed {} times and was reset.", name, restarts));
   }
   if (!study.left_out.empty())
-    findings.push_back(fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(study.left_out, ", ")));
+    findings.push_back(
+        fmt::format("Left out, because the plant has no parameters: {}.", fmt::join(study.left_out, ", ")));
   for (const std::string& why : study.impossible) findings.push_back(fmt::format("Left out: {}", why));
   return findings;
 }
@@ -210,13 +211,13 @@ std::vector<std::string> comparison_findings(const Study& study) {
 std::string comparison_text(const Study& study) {
   std::string text =
       fmt::format("{}: {}\n\n{}", study.experiment, comparison_conditions(study), error_table(study).to_text(2));
-  text += "  * the least of its row\n\n";
+  text += "  * the smallest of its row\n\n";
   for (const std::string& finding : comparison_findings(study)) text += fmt::format("  {}\n", finding);
-  text += fmt::format("\nThe worst run of each\n{}", worst_table(study).to_text(2));
+  text += fmt::format("\nThe worst run of each column\n{}", worst_table(study).to_text(2));
   if (const Table tuning = tuning_table(study); !tuning.rows.empty())
     text += fmt::format("\nTuned\n{}", tuning.to_text(2));
-  text +=
-      fmt::format("\nWhat a step costs: counted (a multiply-add is two operations)\n{}", cost_table(study).to_text(2));
+  text += fmt::format("\nCost of a step in counted operations (a multiply-add is two operations)\n{}",
+                      cost_table(study).to_text(2));
   return text;
 }
 

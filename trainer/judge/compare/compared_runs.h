@@ -18,15 +18,16 @@ namespace nlo::trainer {
 
 struct ComparedRuns {
   Dataset set;                           ///< all runs, seed by seed, as channels: clean outputs and true states
-  LaneRuns measured;                     ///< the plant's own outputs, in the form for filters
-  std::vector<Eigen::MatrixXd> outputs;  ///< outputs of each run, n_y x N, in the form for observers
+  LaneRuns measured;                     ///< the plant's own outputs, in the format for filters
+  std::vector<Eigen::MatrixXd> outputs;  ///< outputs of each run, n_y x N, in the format for observers
   PlantChannels channels;
   Eigen::Index plant_states = 0;  ///< n_x of the plant, before the conversion to channels
   Eigen::VectorXd state_scale;    ///< scale of the channels in norms: 1, or their deviations if units differ
 };
 
-/// Makes `count` runs for each of the seeds first_seed, ..., which are those of `nlo evaluate --seed` for the stream
-/// kTest: initial states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.
+/// Makes `count` runs for each of the seeds first_seed, ... Initial states follow from initial_state_seed(seed,
+/// stream), the noise from the seed and the run's number in its set. For the stream kTest these are the runs of `nlo
+/// evaluate --seed`.
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count);
 
@@ -36,7 +37,7 @@ Dataset set_of(const ComparedRuns& runs, int index, int count);
 /// Returns estimates of the channels in each run, n x N, by a filter that steps all runs side by side.
 std::vector<Eigen::MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRuns& runs);
 
-/// Returns `runs.outputs` side by side, in the form for filters.
+/// Returns the runs with `runs.outputs` as readings, in the format for filters.
 LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
 
 /// Returns the mean of |x - x_hat|^2 over the samples of each lane. `lanes` are those of `runs`, once or several times.

@@ -25,21 +25,24 @@ const std::vector<Key<Condition>>& condition_keys() {
       key("name", &Condition::name, identifiers(), "name in tables and in JSON"),
       key("noise", &Condition::noise, any(), "noise of the outputs; see nlo evaluate --noise"),
       key("parameter_factor", &Condition::parameter_factor, positive(),
-          "factor on one parameter in each run; the runs go through the parameters in turn"),
-      {"parameters", "{ NAME = number, ... }", "parameters of the plant; filters and observers know the nominal ones",
+          "factor for one parameter in each run; successive runs change successive parameters"),
+      {"parameters", "{ NAME = number, ... }",
+       "changed parameters of the plant; filters and observers know the nominal values",
        [](Condition& condition, const Toml& value, const std::string& where) {
          std::vector<std::pair<std::string, std::array<double, 2>>> ranges;
          read_parameters(value, where, condition.parameters, ranges);
          if (!ranges.empty())
-           throw codegen::Error(fmt::format(
-               "{}: {}.{} is a range; a condition has one value: parameters = {{ {} = {} }}", place_of(value), where,
-               ranges.front().first, ranges.front().first, shortest_text(ranges.front().second[1])));
+           throw codegen::Error(
+               fmt::format("{}: {}.{} is a range, but a condition needs one value: write parameters = {{ {} = {} }}",
+                           place_of(value), where, ranges.front().first, ranges.front().first,
+                           shortest_text(ranges.front().second[1])));
        },
        [](const Condition& condition) { return show_parameters(condition.parameters, {}); }},
       key("process_noise", &Condition::process_noise, at_least(0),
           "standard deviation of white noise on dx/dt per sqrt(s), one for each state or one for all"),
-      key("box_scale", &Condition::box_scale, positive(), "factor on the training box of initial states"),
-      key("set", &Condition::changes, any(), "changes KEY=VALUE of [plant], [simulation], [excitation] or [feedback]"),
+      key("box_scale", &Condition::box_scale, positive(), "factor for the size of the training box of initial states"),
+      key("set", &Condition::changes, any(),
+          "changes of keys of [plant], [simulation], [excitation] or [feedback], each as KEY=VALUE"),
       key("input", &Condition::inputs, any(), "u(t) of each input, instead of [excitation]"),
       key("input_noise", &Condition::input_noise, any(), "noise of the inputs that estimators read"),
   };
@@ -49,9 +52,9 @@ const std::vector<Key<Condition>>& condition_keys() {
 const std::vector<Key<ConditionSet>>& set_keys() {
   static const std::vector<Key<ConditionSet>> kKeys = {
       key("written_for_deviation", &ConditionSet::written_for_deviation, at_least(0),
-          "standard deviation of outputs and states for which the numbers were written"),
+          "standard deviation of outputs and states for which the numbers of the conditions were chosen"),
       key("written_for_noise", &ConditionSet::written_for_noise, at_least(0),
-          "standard deviation of the sensors' noise in training for which the noises were written"),
+          "standard deviation of the sensors' noise in training for which the noises of the conditions were chosen"),
   };
   return kKeys;
 }
@@ -103,10 +106,9 @@ void check(const Condition& condition, const Parameters& nominal, const Eigen::V
   }
   const auto given = static_cast<Eigen::Index>(condition.process_noise.size());
   if (given > 1 && given != states.size())
-    fail(condition,
-         fmt::format("has process_noise of {} states, but the plant has {}; give one number for each, or one "
-                     "for all",
-                     given, states.size()));
+    fail(condition, fmt::format("has process_noise for {} states, but the plant has {} states; give one number for "
+                                "each state, or one for all",
+                                given, states.size()));
 }
 
 }  // namespace
@@ -120,16 +122,13 @@ ConditionSet parse_conditions(std::string_view text, const std::string& filename
   reader.read(root, "", "a file of conditions", set_keys(), set, {"condition"});
   const auto tables = root.as_table().find("condition");
   if (tables == root.as_table().end())
-    throw codegen::Error(
-        fmt::format("{}: there is no condition; write [[condition]] with name and noise below it, for "
-                    "each one",
-                    filename));
+    throw codegen::Error(fmt::format(
+        "{}: there is no condition; write a table [[condition]] with name and noise for each condition", filename));
   const std::string where = "[[condition]]";
   for (const Toml& table : list_of(tables->second, where, {.at_most = kMost})) {
     if (!table.is_table())
       throw codegen::Error(
-          fmt::format("{}: condition is {}; each one is a table: [[condition]] with name and noise "
-                      "below it",
+          fmt::format("{}: condition is {}, but it must be a table: write [[condition]] with name and noise below it",
                       reader.place(table), type_in_words(table)));
     Condition condition;
     condition.place = reader.place(table);

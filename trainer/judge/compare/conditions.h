@@ -17,8 +17,8 @@ namespace nlo::trainer {
 struct Condition {
   std::string name = {};
   NoiseConfig noise = {};
-  /// Factor on one parameter of each run, alternating over the parameters: a factor on all of them may cancel, as in g
-  /// / l.
+  /// Factor for one parameter in each run. Successive runs change successive parameters, because a factor for all of
+  /// them may cancel, as in g / l.
   double parameter_factor = 1.0;
   std::vector<std::pair<std::string, double>> parameters = {};  ///< parameters of the plant, by name
   std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; empty: none
@@ -32,8 +32,8 @@ struct Condition {
   bool changes_parameters() const { return parameter_factor != 1.0 || !parameters.empty(); }
 };
 
-/// A set for any plant states the scales for which its numbers are written (written_for_...). conditions_of() scales
-/// them to the plant. 0: the numbers are in the units of the plant.
+/// A set of conditions. A set for any plant has the scales for which its numbers were chosen (written_for_...), and
+/// conditions_of() converts them to the plant. 0: the numbers are in the units of the plant.
 struct ConditionSet {
   double written_for_deviation = 0.0;  ///< deviation of outputs and states; scales outliers, clipping, process noise
   double written_for_noise = 0.0;      ///< deviation of a sensor's noise in training; scales noise, bias, quantisation

@@ -18,8 +18,8 @@ struct Entrant {
   StudyEstimator column;
   std::string made_of = {};                    ///< name in filter_table() or simple_names(): "ekf" of "ekf_true"
   std::vector<const NamedModel*> models = {};  ///< models that it reads: one, or one for each training seed
-  bool knows_changes = false;                  ///< it knows the changed plant
-  bool in_loop = false;                        ///< its own estimates close the loop of [feedback]
+  bool knows_changes = false;                  ///< true: it knows the changed plant
+  bool in_loop = false;                        ///< true: its own estimates close the loop of [feedback]
 };
 
 /// Returns the observer, the estimators of `test`, the constant and the ridge regression.

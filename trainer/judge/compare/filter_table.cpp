@@ -60,8 +60,8 @@ std::vector<TunedFactor> process_and_output(const FilterContext&) {
   return {process_factor(), factor_on("R", &FilterTuning::output, {0.0, -1.0, 1.0})};
 }
 
-/// Returns factors on Q, R and P0 as a whole, then on Q state by state, because an error of the plant may be in a
-/// single equation. `further` states are parameters with their own drift and prior.
+/// Returns factors for Q, R and P0 as a whole, then for Q state by state, because an error of the plant may be in a
+/// single equation. The last `further` states are parameters with their own drift and prior.
 std::vector<TunedFactor> covariances(const FilterContext& c, Index further) {
   std::vector<TunedFactor> factors = process_and_output(c);
   factors.push_back(factor_on("P0", &FilterTuning::initial));
@@ -103,7 +103,7 @@ Index root_state(const FilterContext& c) {
 
 Filter ekf_bank(const FilterContext& c, const Tunings& tunings, Index lanes) {
   FilterKnowledge of_one = c.knowledge;
-  // K boxes fill the box of all.
+  // K boxes fill the box of all initial states, so each filter starts with a smaller P0.
   of_one.initial_covariance *= std::pow(size(c.initial.cols()), -2.0 / size(c.plant.nx));
   return std::make_unique<FilterBank>(c.plant, PointSet::kExtended, of_one, c.initial, tunings, lanes);
 }
@@ -167,7 +167,7 @@ Filter moving_horizon(const FilterContext& c, const Tunings& tunings, Index lane
 
 StepCost cost_of_horizon(const FilterContext& c, const PlantCost& plant) {
   const double n = size(c.plant.nx), ny = size(c.plant.ny), window = size(kHorizonSamples);
-  StepCost cost = sigma_point_cost(n, ny, true, plant);  // the filter of the arrival cost
+  StepCost cost = sigma_point_cost(n, ny, true, plant);  // cost of the filter that gives the arrival cost
   cost = cost + (rk4_cost(n, plant.f) + plant.h) * (window * (n + 1.0)) + rk4_cost(n, plant.f);
   cost.operations += window * ny * (8.0 + 4.0 * n + 1.5 * n * (n + 1.0)) + n * n * n / 3.0 + 8.0 * n * n;
   cost.functions += n;

@@ -16,8 +16,8 @@
 
 namespace nlo::trainer {
 
-/// The data of all filters about a plant under one condition: its nominal parameters and process noise, the initial
-/// states of the training, and the nominal variance of the sensors' noise. Two threads must not share it.
+/// The knowledge of all filters about a plant under one condition: nominal parameters and process noise, initial states
+/// of the training, and nominal variance of the sensors' noise. Two threads must not share it.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
@@ -26,13 +26,13 @@ struct FilterContext {
   std::vector<std::string> joint_parameters;  ///< parameters that the conditions change
   Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
   double sample_period_s = 0.0;
-  Eigen::Index inputs = 0;  ///< inputs that excite the plant
+  Eigen::Index inputs = 0;  ///< number of inputs that excite the plant
 };
 
 /// Number of samples in a moving horizon.
 inline constexpr Eigen::Index kHorizonSamples = 25;
 
-/// A tuned number of a filter: a factor on one of its noises.
+/// A tuned number of a filter: a factor for one of its noises.
 struct TunedFactor {
   std::string name;  ///< "Q", "Q of x1"
   std::function<void(FilterTuning& tuning, double factor)> set;

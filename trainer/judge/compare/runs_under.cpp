@@ -27,8 +27,8 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
     if (!key.starts_with("plant.") && !key.starts_with("simulation.") && !key.starts_with("excitation.") &&
         !key.starts_with("feedback."))
       throw codegen::Error(
-          fmt::format("--set {}: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed for a "
-                      "test; the model stays as it was trained",
+          fmt::format("--set {}: a test can only change plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY, "
+                      "because the model is already trained",
                       change));
     const std::string parameter = "plant.parameters.";
     // Built-in plants check their parameters themselves.
@@ -39,7 +39,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     const std::string nearest = nearest_name(name, names);
     throw codegen::Error(fmt::format("--set {}: the plant has no parameter \"{}\"; {}", change, name,
-                                     names.empty()     ? "it has none: write its numbers as parameters"
+                                     names.empty()     ? "it has none; write the numbers of its equations as parameters"
                                      : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                        : fmt::format("did you mean \"{}\"?", nearest)));
   }
@@ -93,7 +93,8 @@ Dataset runs_under(const Experiment& base, const Condition& condition, std::uint
 
 void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs) {
   if (noise.none()) return;
-  constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;  // other random numbers than for the noise of the outputs
+  // Gives other random numbers than for the noise of the outputs.
+  constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;
   for (std::size_t i = 0; i < runs.trajectories.size(); ++i) {
     Eigen::MatrixXd& inputs = runs.trajectories[i].inputs;
     inputs = held(MeasurementNoise(noise, seed ^ kOfInputs, i).on(inputs));

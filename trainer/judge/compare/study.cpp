@@ -82,7 +82,7 @@ struct Plan {
   std::vector<Entrant> entrants = {};
   const std::atomic<bool>* stop = nullptr;
 
-  /// Returns the number of threads for one condition. By condition, each thread takes whole conditions.
+  /// Returns the number of threads for one condition. In a study by condition, each thread evaluates whole conditions.
   int threads() const { return test.by_condition ? 1 : test.threads; }
 };
 
@@ -123,7 +123,8 @@ class UnderCondition {
     for (int first = 0; first < test_.test_sets; first += test_.by_condition ? test_.test_sets : 1) {
       const Batch batch = test_.by_condition ? all_sets() : one_set(first);
       for (std::size_t e = 0; e < row.cells.size(); ++e) {
-        if (plan_.stop != nullptr && plan_.stop->load()) throw codegen::Error("interrupted; nothing was written");
+        if (plan_.stop != nullptr && plan_.stop->load())
+          throw codegen::Error("interrupted, so nothing was written; run it again");
         judge(plan_.entrants[e], made_[e], batch, row.cells[e]);
         done();
       }
@@ -263,7 +264,8 @@ class UnderCondition {
   void floor_of(const Entrant& entrant, const Batch& batch, StudyCell& cell) const {
     cell.missing = no_likelihood(condition_.noise);
     const ComparedRuns& runs = *batch.lanes;
-    if (cell.missing.empty() && runs.plant_states > 3) cell.missing = "too many states for so few particles";
+    if (cell.missing.empty() && runs.plant_states > 3)
+      cell.missing = "more than 3 states are too many for the number of particles";
     if (!cell.missing.empty()) return;
     const auto estimate = [&](std::size_t run, const MatrixXd& outputs) {
       const Experiment known = experiment_under(tested_, condition_, run);
@@ -323,8 +325,8 @@ void keep_worst_run(const Plan& plan, Study& study) {
       {truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"});
 }
 
-/// Removes the conditions that have a reason in `impossible`. Throws codegen::Error with the first reason if no
-/// condition is left.
+/// Removes the conditions that cannot be simulated, which have a reason in `impossible`. Throws codegen::Error with the
+/// first reason if no condition is left.
 void leave_out(const std::vector<std::string>& impossible, Study& study) {
   std::vector<Condition> conditions;
   std::vector<StudyRow> rows;

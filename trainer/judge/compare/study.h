@@ -25,17 +25,17 @@ struct StudyTest {
   std::vector<std::string> against;  ///< alternative_names(), kTrueEkf, kParticle
   unsigned long long seed = 1;       ///< seed of initial states and noise in the first test set; then seed + 1 ...
   int test_sets = 1;
-  int trajectories = 200;  ///< in each test set
+  int trajectories = 200;  ///< number of trajectories in each test set
   int threads = 0;         ///< 0: all cores; the result does not depend on it
 
-  /// If false, the plant is that of the training, with the parameters and the noise that training drew. Several models
-  /// are then one observer with several training seeds. A constant and the ridge regression of each model are always
+  /// If false, the plant is that of the training, with parameters and noise drawn as in training. Several models then
+  /// count as one observer with several training seeds. A constant and the ridge regression of each model are always
   /// included. If true, the plant has its nominal parameters and the noise of the condition. Each model is then a
   /// separate observer, filters step all runs side by side, and the norms of all test sets have the same scale.
   bool by_condition = false;
   bool tune = false;  ///< by condition: adds each filter tuned for the condition
-  /// By condition: a condition under which the plant cannot be simulated (the square root of a negative level) is left
-  /// out and listed in Study::impossible. If false, it is an error.
+  /// Used by condition. If true, a condition under which the plant cannot be simulated (for example because of the
+  /// square root of a negative level) is left out and listed in Study::impossible. If false, it is an error.
   bool leave_out_impossible = false;
   int tuning_trajectories = 16;
   int particles = 400;

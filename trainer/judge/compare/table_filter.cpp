@@ -33,7 +33,7 @@ class Maker {
     if (row_ == nullptr)
       throw codegen::Error(fmt::format("no filter \"{}\"; there are {}", name, fmt::join(filter_names(), ", ")));
     const std::string unfit = row_->unfit(context_);
-    if (!unfit.empty()) throw codegen::Error(fmt::format("{} does not fit this plant: {}", name, unfit));
+    if (!unfit.empty()) throw codegen::Error(fmt::format("{} cannot be used for this plant: {}", name, unfit));
   }
   Maker(const Maker& other)
       : row_(other.row_), tuning_(other.tuning_), context_(other.context_), channels_(other.channels_) {
@@ -96,9 +96,9 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kNoGate = 1e2;  // standard deviations; no sample of a run is beyond it
+constexpr double kNoGate = 1e2;  // [standard deviations]; so large that it rejects no sample
 constexpr double kUsualGate = 3.5;
-constexpr double kWidest = 12.0;  // decades; a filter farther from the shipped one is useless
+constexpr double kWidest = 12.0;  // largest change of a factor in the search [decades]
 
 using Factors = std::vector<TunedFactor>;
 

@@ -14,7 +14,7 @@ ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_
   const auto& ideal = of_true_state.trajectories;
   const auto& flown = of_estimator.trajectories;
   if (ideal.size() != flown.size() || ideal.empty())
-    throw codegen::Error("two loops are compared run by run, but they have different numbers of runs, or none");
+    throw codegen::Error("two loops are compared run by run, so they must have the same number of runs, at least one");
   Eigen::VectorXd reach = Eigen::VectorXd::Zero(ideal.front().states.rows()), squares = reach;
   Eigen::Index samples = 0;
   for (const Trajectory& run : ideal) reach = reach.cwiseMax(run.states.cwiseAbs().rowwise().maxCoeff());
@@ -47,13 +47,12 @@ std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& chan
   for (std::size_t i = 0; i < channels.size(); ++i)
     states +=
         fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", channels[i].name, cost.deviation(static_cast<Eigen::Index>(i)));
-  const std::string price =
-      cost.cost && cost.of_true_state
-          ? fmt::format("cost {:.4g}, of the true state's loop {:.4g}; ", *cost.cost, *cost.of_true_state)
-          : "";
+  const std::string price = cost.cost && cost.of_true_state ? fmt::format("cost {:.4g}, with the true state {:.4g}; ",
+                                                                          *cost.cost, *cost.of_true_state)
+                                                            : "";
   return fmt::format(
-      "{}RMS distance of the states from those of the loop that feeds back the true state: {}; {} of {} runs go beyond "
-      "{:g} times the range of that loop",
+      "{}RMS distance of the states from the loop that feeds back the true state: {}; {} of {} runs exceed {:g} times "
+      "the range of that loop",
       price, states, cost.left, cost.runs, kLeft);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The cost of a loop that is closed by estimates, compared with the loop that is closed by the true state.
+// Compares a control loop that feeds back estimates with the loop that feeds back the true state.
 #pragma once
 
 #include <Eigen/Core>

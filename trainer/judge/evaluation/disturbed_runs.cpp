@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// f(x) + w, with a column of w for each column of x.
+/// The plant f(x) + w, with a column of w for each column of x.
 class Pushed final : public Plant {
  public:
   explicit Pushed(const Plant& plant) : Plant(plant.name(), plant.states(), plant.outputs()), plant_(plant) {}
@@ -56,9 +56,10 @@ DisturbedRuns simulate_disturbed(const Plant& plant, const SimulationConfig& con
   Eigen::MatrixXd x = initial, y = plant.output(x);
   for (Eigen::Index k = 0;; ++k) {
     if (!((x.array().abs() <= kEscape).all() && (y.array().abs() <= kEscape).all()))
-      throw codegen::Error(fmt::format(
-          "plant {}: a run with |w| <= {:.6g} is not finite or beyond 1e9 at t = {:.6g} s; use a smaller --disturbance",
-          plant.name(), w_bar, static_cast<double>(k) * h));
+      throw codegen::Error(
+          fmt::format("plant {}: a run with |w| <= {:.6g} is not finite or exceeds 1e9 at t = {:.6g} s; use a smaller "
+                      "--disturbance",
+                      plant.name(), w_bar, static_cast<double>(k) * h));
     for (Eigen::Index i = 0; i < count; ++i) {
       runs[static_cast<std::size_t>(i)].states.col(k) = x.col(i);
       runs[static_cast<std::size_t>(i)].outputs.col(k) = y.col(i);

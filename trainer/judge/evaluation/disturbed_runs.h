@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The plant of Proposition 2, dx/dt = f(x) + w with |w| <= w_bar: runs for the robustness measurement.
+// Simulates runs of the plant of Proposition 2, dx/dt = f(x) + w with |w| <= w_bar, to measure its robustness.
 //
-// Every even run is pushed in one direction all the time, every odd one in a fresh direction each sample period; both
-// at full size. Directions are uniform on the sphere, from std::mt19937_64 as measurement_noise.h describes for seed
-// and run.
+// In even runs w has a constant direction; in odd runs it has a new direction in each sample period. Its size is always
+// w_bar. Directions are uniform on the sphere, from std::mt19937_64, seeded by seed and run as in measurement_noise.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,13 +17,14 @@ namespace nlo::trainer {
 struct DisturbedRuns {
   Dataset set;
 
-  /// Per output, the largest distance in the middle of a sample period between h(x) and the straight line through the
-  /// samples around it (first-order hold), or the earlier sample (zero-order hold): n_y each.
+  /// For each output (n_y), the largest distance in the middle of a sample period between h(x) and its hold.
+  /// ramp_error: first-order hold, the straight line through the neighbouring samples. step_error: zero-order hold, the
+  /// earlier sample.
   Eigen::VectorXd ramp_error, step_error;
 };
 
-/// Runs from the columns of `initial` (n_x x count), RK4 at the sample period with w held over each. With w_bar = 0 the
-/// runs of simulate_from(). Throws codegen::Error when a run leaves the numbers.
+/// Simulates runs from the columns of `initial` (n_x x count) by RK4 at the sample period, with w held over each
+/// period. With w_bar = 0 the runs equal those of simulate_from(). Throws codegen::Error if a run is not finite.
 DisturbedRuns simulate_disturbed(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
                                  double w_bar, std::uint64_t seed);
 

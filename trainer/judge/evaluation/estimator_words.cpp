@@ -9,14 +9,14 @@ constexpr EstimatorWords kWords[] = {
     {"ekf", "EKF", "extended Kalman filter"},
     {"ekf_true", "EKF that knows the changed plant", "extended Kalman filter"},
     {"ukf", "UKF", "unscented Kalman filter"},
-    {"ekf_bank", "EKF bank", "eight EKFs from different starts, weighed by their innovations"},
-    {"joint_ekf", "joint EKF", "EKF that estimates the parameters that conditions change, too"},
+    {"ekf_bank", "EKF bank", "eight EKFs with different initial states, weighted by their innovations"},
+    {"joint_ekf", "joint EKF", "EKF that also estimates the parameters that conditions change"},
     {"mhe", "moving horizon", "moving horizon, one Gauss-Newton step per sample"},
     {"high_gain", "high gain", "high-gain observer"},
     {"particle", "particle filter", "particle filter that knows each condition"},
     {"static_ridge", "static ridge", "ridge regression on the last three samples and their products", false},
-    {"constant", "constant", "the average state, always", false},
-    {"ridge", "ridge", "a linear map from what the observer's network reads", false},
+    {"constant", "constant", "always the mean state", false},
+    {"ridge", "ridge", "a linear map of the inputs of the observer's network", false},
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Names of estimators in options and JSON keys, and words for people.
+// Names of estimators in options and JSON keys, and their titles and descriptions for readers.
 #pragma once
 
 #include <string>
@@ -12,13 +12,13 @@ struct EstimatorWords {
   std::string_view name;     ///< "joint_ekf"
   std::string_view title;    ///< "joint EKF"
   std::string_view meaning;  ///< description
-  bool knows_plant = true;   ///< and the noise
+  bool knows_plant = true;   ///< true: it knows the plant and the noise
 };
 
-/// Names of the estimators that need no equations.
+/// Returns the names of the estimators that need no equations.
 std::vector<std::string> simple_names();
 
-/// Null: an observer, or a name that says it all.
+/// Returns the words for a name; null for an observer, or a name that needs no words.
 const EstimatorWords* estimator_words(std::string_view name);
 
 }  // namespace nlo::trainer

@@ -20,8 +20,8 @@ namespace {
 
 using codegen::Error;
 
-// Trajectories whose errors are summed together before the sums are joined. Fixed, so that the order of every addition
-// is the same for any number of threads.
+// Number of trajectories whose errors are summed together before the sums are joined. It is constant, so that the order
+// of the additions is the same for any number of threads.
 constexpr std::size_t kChunk = 4;
 
 }  // namespace

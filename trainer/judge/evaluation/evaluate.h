@@ -55,8 +55,8 @@ struct EvaluatedRun {
   Eigen::MatrixXd all_estimates = {};
 };
 
-/// Number of samples at which z was in the domain of the training. The first sample of each run is counted separately,
-/// because z is the start of the observer there.
+/// Number of samples at which z was in the training domain. The first sample of each run is counted separately, because
+/// z is the observer's initial value there.
 struct DomainShare {
   std::int64_t samples = 0, inside = 0;  ///< samples after the first of each run
   std::int64_t runs = 0, first_inside = 0;
@@ -93,8 +93,8 @@ Evaluation evaluate_runs(const std::string& estimator, const std::function<RunEs
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
 
-/// Runs a model over one run, in float, as it flies; arguments as those of an Estimator. Only a model with phi(z) u
-/// (25) reads the inputs. Two threads must not share it.
+/// Runs a model over one run in float, as in flight. The arguments are those of an Estimator. Only a model with phi(z)
+/// u (25) reads the inputs. Two threads must not share it.
 ///   gate  if given, the model's monitor (which it must have) watches each step, and the run of a model with an error
 ///   head also has widened_sigma; kUsed: outputs pass the gate of the monitor
 using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,

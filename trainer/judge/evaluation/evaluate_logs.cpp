@@ -52,7 +52,7 @@ std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Datas
   return rows;
 }
 
-/// Returns notes. `entries`: the observer first.
+/// Returns notes that compare the observer with the alternatives. `entries`: the observer first.
 std::vector<std::string> compared(const std::vector<LogEntry>& entries) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const LogMetrics& ours = entries.front().metrics;
@@ -136,8 +136,8 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
         farthest = beyond;
         const std::string unit = state.unit.empty() ? "" : " " + state.unit;
         note = fmt::format(
-            "{} is estimated as {}{} at t = {} s of {}, where nothing is scored; the truth lies within "
-            "{} and {}{}",
+            "{} is estimated as {}{} at t = {} s of {}, where the truth is unknown and nothing is scored; in scored "
+            "samples it is between {} and {}{}",
             state.name, significant(value), unit, significant(run.time_s[k]), run.source, significant(low),
             significant(high), unit);
       }
@@ -183,7 +183,7 @@ void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, co
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
                                MetricsConfig config, const StudyProgress& progress, const LogFlight& flight) {
-  if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
+  if (logs.trajectories.empty()) throw Error("evaluation: there is no log; name at least one");
   require_same_names(model.outputs, logs.outputs, "outputs");
   const std::vector<Eigen::Index> scored = scored_states(model, logs);
   if (!model.inputs.empty()) require_same_names(model.inputs, logs.inputs, "inputs");
@@ -218,7 +218,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   if (flight.behind_gate)
     gate = codegen::Gate::kUsed;
   else if (model.error && model.monitor)
-    gate = codegen::Gate::kNotUsed;  // for the widened intervals
+    gate = codegen::Gate::kNotUsed;  // the monitor also gives the widened intervals
   const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model), gate);
   std::vector<codegen::Run> runs;
   std::vector<Eigen::MatrixXd> estimates;

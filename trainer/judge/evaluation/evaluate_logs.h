@@ -29,12 +29,13 @@ struct Unscored {
 
 /// An estimator on logs.
 struct LogEntry {
-  std::string estimator;              ///< "observer", "ekf", one of LogBaseline::names(), "ridge" ...
-  std::vector<std::string> describe;  ///< per state, how a baseline was set up: empty where it does not apply; none: no
-                                      ///< baseline
-  LogMetrics metrics;                 ///< NaN for a state to which it does not apply
-  StepCost cost = {};                 ///< {0, 0}: not counted
-  std::string setup = {};             ///< tuning of a filter, in words
+  std::string estimator;  ///< "observer", "ekf", one of LogBaseline::names(), "ridge" ...
+  /// Description of a baseline for each state. An empty text: it does not apply to the state. An empty list: this
+  /// estimator is not a baseline.
+  std::vector<std::string> describe;
+  LogMetrics metrics;      ///< NaN for a state to which it does not apply
+  StepCost cost = {};      ///< {0, 0}: not counted
+  std::string setup = {};  ///< tuning of a filter, in words
 };
 
 /// Adds each of LogBaseline::names() that applies to a state, fitted on `training`, evaluated on `judged`.
@@ -50,10 +51,11 @@ struct LogFlight {
 };
 
 struct LogEvaluation {
-  std::vector<LogEntry> entries;   ///< the observer first, then baselines and "ridge"
-  ErrorMetrics metrics;            ///< metrics of the observer over all files
-  std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
-                                   ///< and on estimates that make no sense where nothing is scored
+  std::vector<LogEntry> entries;  ///< the observer first, then baselines and "ridge"
+  ErrorMetrics metrics;           ///< metrics of the observer over all files
+  /// Notes on states that a constant or a linear readout estimates as well, and on implausible estimates where nothing
+  /// is scored.
+  std::vector<std::string> notes;
   Unscored unscored;
   std::vector<std::string> unscored_states = {};  ///< states of the model for which the logs have no truth
   DomainShare domain;
@@ -75,15 +77,15 @@ struct LogEvaluation {
 ///   are unscored
 ///   baseline_logs  data for fitting the baselines: the training logs; or nullptr: the tested logs, in hindsight, which
 ///   makes the baselines harder to beat
-///   flight         sensors that fail. The ridge regression never reads a missing output, and other alternatives than a
-///   constant are left out. No estimator knows about sensors that look alive
+///   flight         sensors that fail. The ridge regression does not read a missing output, and all other alternatives
+///   except the constant are left out. No estimator is told about stuck or dead sensors
 ///   config         windows of the errors; state_scale is set here if the states' units differ
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
                                MetricsConfig config = {}, const StudyProgress& progress = {},
                                const LogFlight& flight = {});
 
-/// The share and the place of the samples that have no weight.
+/// Returns the share and the place of the samples that have no weight.
 Unscored find_unscored(const Dataset& logs);
 
 /// Returns a note for each state whose estimate at an unscored sample leaves the range of the truth on all scored

@@ -53,7 +53,8 @@ std::vector<std::string> study_notes(const StudyRow& row) {
     EvaluationWindows windows;
     for (const ErrorMetrics::Window& w : first.metrics.windows) windows.push_back(w.window);
     window = settled_window(windows);
-    if (!std::isfinite(error_of(row.observer()))) window = 0;  // for runs that end before the window
+    // Runs that end before the window are compared as a whole.
+    if (!std::isfinite(error_of(row.observer()))) window = 0;
     ComparedState state{first.states[i].name,
                         first.states[i].unit,
                         window_text(windows[window]),
@@ -128,12 +129,12 @@ std::vector<std::string> comparison_notes(const std::vector<ComparedState>& stat
     };
     if (is_no_better_than(state.constant))
       notes.push_back(
-          fmt::format("{} is not seen: its error, {}: {}, is no better than that of a constant, {}. These "
-                      "outputs may not determine it.",
+          fmt::format("{} is not seen: its error in the window {} is {}, not clearly below that of a constant, {}. "
+                      "These outputs may not determine it.",
                       state.name, state.window, shown(state.observer), shown(state.constant)));
     else if (is_no_better_than(state.simple))
       notes.push_back(
-          fmt::format("{} gains nothing from a network: its error, {}: {}, is no better than that of {}, {}.",
+          fmt::format("{} does not need a network: its error in the window {} is {}, not clearly below that of {}, {}.",
                       state.name, state.window, shown(state.observer), state.simple_name, shown(state.simple)));
   }
   return notes;

@@ -61,7 +61,7 @@ std::string what_was_tested(const StudyRow& row, const std::string& note) {
     text += fmt::format("mean ± standard error over {}{}{}\n", sets > 1 ? "test sets" : "",
                         sets > 1 && models > 1 ? " ± standard error over " : "", models > 1 ? "training seeds" : "");
   if (first.metrics.normalised)
-    text += "The states' units differ: norms are of each state over its standard deviation in the test set.\n";
+    text += "The states' units differ, so norms use each state divided by its standard deviation in the test set.\n";
   return text + "\n";
 }
 
@@ -132,7 +132,7 @@ Table log_table(const std::vector<LogEntry>& entries, bool with_cost) {
     table.add_row({with_unit(first.pooled[i].name, first.pooled[i].unit)});
     for (const LogEntry& entry : entries) {
       const StateError& state = entry.metrics.pooled[i];
-      // A baseline that does not apply to this state.
+      // Skips a baseline that does not apply to this state.
       if (!entry.describe.empty() && !std::isfinite(state.rmse[0])) continue;
       const bool described = i < entry.describe.size() && !entry.describe[i].empty();
       table.add_row({described ? entry.describe[i] : entry.estimator});
@@ -179,9 +179,9 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
     text += fmt::format("\n  unscored: {} of the samples, {}\n", percent(evaluation.unscored.share),
                         evaluation.unscored.where);
   if (!evaluation.unscored_states.empty())
-    text +=
-        fmt::format("\n  unscored: {}, of which these logs have no truth (--estimates FILE.csv has their estimates)\n",
-                    fmt::join(evaluation.unscored_states, ", "));
+    text += fmt::format(
+        "\n  unscored: {}, because these logs have no truth for them (--estimates FILE.csv writes their estimates)\n",
+        fmt::join(evaluation.unscored_states, ", "));
   return text + domain_line(evaluation.domain, "a log") + notes_text(evaluation.notes);
 }
 

@@ -14,7 +14,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// Indices of the smallest and of the largest error, the first among equals. NaN counts only if all are NaN.
+/// Indices of the smallest and the largest error; the first one of equal errors. NaN is used only if all errors are
+/// NaN.
 struct Extremes {
   std::size_t best = 0, worst = 0;
 };

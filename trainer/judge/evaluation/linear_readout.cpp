@@ -64,7 +64,7 @@ void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
 
 void LinearReadout::fit() {
   if (!(ridge_.weight() + of_products_.weight() > 0.0))
-    throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
+    throw codegen::Error("linear readout: there is no sample with a known truth for the fit; unmask some samples");
   weights_ = clocks_.empty() ? ridge_.fit(kRidge) : of_products_.fit(kRidge);
   if (settled_.weight() > 0.0) settled_weights_ = settled_.fit(kRidge);
 }

@@ -24,7 +24,7 @@ std::optional<double> settling_time(const Eigen::VectorXd& time_s, const Eigen::
   if (n == 0) return std::nullopt;
   // Searches backward with a sliding window: `end` is the first instant outside [time_s[k], time_s[k] + window_s).
   std::optional<double> settled_since;
-  // Shorter windows are too noisy.
+  // The windows at the end would be shorter and too noisy.
   const double last_start_s = std::max(time_s[0], time_s[n - 1] - window_s);
   Eigen::Index end = n;
   for (Eigen::Index k = n - 1; k >= 0; --k) {
@@ -89,7 +89,7 @@ double ErrorAccumulator::add(const Trajectory& truth, const Eigen::MatrixXd& est
 
   // Tolerance of half a sample: 10 s accumulated in steps of 0.02 s may give 9.99999...
   const double slack_s = 0.5 * sample_period_s_;
-  // Summed per run first, which reduces rounding.
+  // Sums each run separately first, which reduces rounding errors.
   Eigen::MatrixXd run = Eigen::MatrixXd::Zero(nx, squared_error_.cols());
   Eigen::VectorXd squares(nx);
   double run_truth = 0.0, run_weight = 0.0;
@@ -144,7 +144,10 @@ double ErrorAccumulator::norm_of(const Eigen::VectorXd& squared_error, double we
 }
 
 ErrorMetrics ErrorAccumulator::metrics() const {
-  if (samples_ == 0) throw Error("error metrics: no sample to judge by (no trajectory, or all of its truth is masked)");
+  if (samples_ == 0)
+    throw Error(
+        "error metrics: there is no sample with a known truth (no trajectory, or all truth is masked); unmask some "
+        "samples");
   ErrorMetrics result;
   result.samples = samples_;
   result.normalised = config_.state_scale.size() > 0;

@@ -33,7 +33,7 @@ FilterBank::FilterBank(const LanePlant& plant, PointSet points, const FilterKnow
 }
 
 MatrixXd FilterBank::step(const LaneRuns& runs, Index k) {
-  constexpr double kLeast = -30.0;  // least log weight; a filter that was wrong for long may still become right
+  constexpr double kLeast = -30.0;  // smallest log weight, so that a filter that was wrong for long can still recover
   samples_.sample_period_s = runs.sample_period_s;
   samples_.held_inputs = runs.held_inputs;
   samples_.time_s = runs.time_s;

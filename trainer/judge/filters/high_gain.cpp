@@ -14,8 +14,8 @@ using Eigen::VectorXd;
 
 std::string no_high_gain(Index nx, Index ny, Index nu) {
   if (ny != 1) return "a high-gain observer needs exactly one output";
-  if (nx > 3) return "a high-gain observer has up to three states here";
-  if (nu > 0) return "inputs and their derivatives are not in its coordinates";
+  if (nx > 3) return "this high-gain observer supports at most three states";
+  if (nu > 0) return "this high-gain observer supports no inputs, because their derivatives would be needed";
   return "";
 }
 

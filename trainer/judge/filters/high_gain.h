@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // High-gain observer for one output, on lanes, stepped at the samples:
 //   x- = Phi(x),   x = x- + O(x-)^-1 g (y - h(x-)),   O = d(y, y', ..., y^(n-1))/dx
-// The derivatives of y along the plant are chains of integrators, for which g is the fading-memory filter's: all poles
-// at beta = exp(-theta h), so a sample period is no limit on theta, as it is for gains k_i theta^i held from sample to
-// sample. n = 1: 1 - beta; n = 2: 1 - beta^2, (1 - beta)^2 / h; n = 3: 1 - beta^3, 3/2 (1 - beta)^2 (1 + beta) / h,
-// (1 - beta)^3 / h^2 (Zarchan, Musoff: Fundamentals of Kalman filtering, chapter on fading memory). Derivatives of y
-// are differences over one sample period either way.
+// The derivatives of y along the plant are chains of integrators. For these, g is the gain of the fading-memory filter,
+// with all poles at beta = exp(-theta h). Therefore theta is not limited by the sample period, unlike with gains k_i
+// theta^i that are held between samples. n = 1: 1 - beta; n = 2: 1 - beta^2, (1 - beta)^2 / h; n = 3: 1 - beta^3, 3/2
+// (1 - beta)^2 (1 + beta) / h, (1 - beta)^3 / h^2 (Zarchan, Musoff: Fundamentals of Kalman filtering, chapter on fading
+// memory). Derivatives of y are central differences over one sample period in each direction.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ std::string no_high_gain(Eigen::Index nx, Eigen::Index ny, Eigen::Index nu);
 
 class HighGainObserver final : public LaneFilter {
  public:
-  /// theta = sqrt(tuning.process) / (20 h). No other value of a tuning is used.
+  /// theta = sqrt(tuning.process) / (20 h). The other values of a tuning are not used.
   HighGainObserver(const LanePlant& plant, const FilterKnowledge& knowledge, const std::vector<FilterTuning>& tunings,
                    Eigen::Index lanes, double sample_period_s);
 

@@ -92,7 +92,7 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
       const auto short_way = [wrap](double d) { return wrap > 0.0 ? wrap_difference(d, wrap) : d; };
       const ArrayXd error = (y_of(i).row(output).transpose().array() - centre).unaryExpr(short_way);
       const ArrayXd& variance = output_variance_[static_cast<std::size_t>(output)];
-      const ArrayXd beyond = error.abs() / (gate_ * variance.sqrt());  // 0 without a gate
+      const ArrayXd beyond = error.abs() / (gate_ * variance.sqrt());  // 0 if there is no gate
       const auto arrived = error == error;
       const ArrayXd weight = arrived.select((1.0 / (variance * beyond.max(1.0))).eval(), 0.0);
       const ArrayXd pull = arrived.select((weight * error).eval(), 0.0);

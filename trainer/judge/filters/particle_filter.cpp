@@ -111,7 +111,7 @@ class Cloud {
     for (Index i = 0; i < x_.cols(); ++i) {
       if (inside[i]) continue;
       x_.col(i) = x_.col(kept);
-      log_weight_[i] = -700.0;  // e^-700, near the smallest double
+      log_weight_[i] = -700.0;  // e^-700 is near the smallest double
     }
   }
 
@@ -150,10 +150,11 @@ class Cloud {
 
 std::string no_likelihood(const NoiseConfig& noise) {
   for (const SensorNoise& sensor : noise.sensors) {
-    if (sensor.shifted()) return "a delay has no likelihood of the present state";
-    if (sensor.lies() || sensor.common_bias > 0.0) return "a sensor that lies has no likelihood here";
+    if (sensor.shifted()) return "with a delay, the likelihood of the present state is unknown";
+    if (sensor.lies() || sensor.common_bias > 0.0)
+      return "this filter has no likelihood for stuck or dead sensors and common biases";
     if (noise_row(sensor.kind).density == nullptr && sensor.quantum == 0.0)
-      return "an output without noise: the floor is 0";
+      return "an output has no noise, so the smallest possible error is 0";
   }
   return "";
 }

@@ -66,8 +66,7 @@ MatrixXd with_still_parameters(const MatrixXd& f, Index parameters) {
   return all;
 }
 
-/// Returns true if the affine extension equals a plant whose parameters have all changed, away from the point of
-/// linearisation.
+/// Returns true if the affine extension is exact: it equals the plant for changed values of all parameters.
 bool is_exact(const AffinePlant& affine, const PlantConfig& plant, const std::vector<std::string>& names,
               const MatrixXd& initial) {
   for (const double factor : {0.6, 1.7}) {

@@ -12,8 +12,8 @@
 namespace nlo::trainer {
 
 /// Returns the plant with its state extended by these parameters, x = [x; p], p' = 0. If f and h are affine in p, which
-/// is tested on states of `initial`, it uses differences of plants, which are exact then; otherwise expressions, which
-/// take longer.
+/// is tested on states of `initial`, it uses differences of plants, which are then exact. Otherwise it evaluates
+/// expressions, which takes longer.
 LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& parameters,
                       const Eigen::MatrixXd& initial);
 

@@ -22,7 +22,7 @@ double kappa(Index nx) {
   return std::max(0.0, 3.0 - static_cast<double>(nx));
 }
 
-/// Returns a value of each tuning in the lanes of that tuning.
+/// Returns an array over the lanes: each lane has the value of its tuning.
 template <class Value>
 ArrayXd by_lane(const std::vector<FilterTuning>& tunings, Index lanes, const Value& value) {
   ArrayXd result(lanes);
@@ -66,7 +66,7 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
         by_lane(tunings, lanes, [&](const FilterTuning& t) { return of_state(t.initial, t.initial_of, i); });
     for (Index j = 0; j < nx_; ++j) w(i, j) = initial * root(i, j);
   }
-  triangularise(w);  // makes a full root of a P0 that is only semidefinite
+  triangularise(w);  // gives a triangular root even if P0 is only semidefinite
   initial_root_ = root_;
   for (const double deviation : knowledge.output_deviation)
     output_variance_.emplace_back(output * deviation * deviation);

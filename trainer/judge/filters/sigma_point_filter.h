@@ -10,10 +10,10 @@
 // each by Potter's update with phi = S' H' (UKF: S^-1 cov(x,
 // y)) and the innovation's variance s = phi' phi + r (UKF: of h(X)):
 //   x+ = x- + S phi (y - y_hat) / s,   S+ = S - S phi phi' / (s + sqrt(s (s - phi' phi)))
-// kappa = max(0, 3 - n_x): no weight is negative, so no covariance is; from three states on the UKF is the cubature
-// filter. The innovation of an angle is the short way round. The UKF: Julier, Uhlmann: Unscented filtering and
-// nonlinear estimation, Proc. IEEE 92(3), 2004; in square-root form: van der Merwe, Wan, ICASSP 2001. Potter's update:
-// Bierman, Factorization methods for discrete sequential estimation, 1977, chapter II.
+// kappa = max(0, 3 - n_x), so no weight is negative, and no covariance can be. For three or more states the UKF is the
+// cubature filter. The innovation of an angle is taken the shorter way round. The UKF: Julier, Uhlmann: Unscented
+// filtering and nonlinear estimation, Proc. IEEE 92(3), 2004; in square-root form: van der Merwe, Wan, ICASSP 2001.
+// Potter's update: Bierman, Factorization methods for discrete sequential estimation, 1977, chapter II.
 #pragma once
 
 #include <Eigen/Core>
@@ -86,8 +86,8 @@ class SigmaPointFilter final : public LaneFilter {
   int restarts() const override { return restarts_; }
   Eigen::MatrixXd deviations() const override;
 
-  /// The two halves of a step, for a filter that needs the intermediate values: x and S predicted for sample k, then
-  /// corrected.
+  /// The two halves of a step, for a caller that needs the intermediate values: predict() computes x and S for sample
+  /// k, correct() applies its outputs.
   void predict(const LaneRuns& runs, Eigen::Index k);
   void correct(const LaneRuns& runs, Eigen::Index k);
   const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
@@ -95,8 +95,8 @@ class SigmaPointFilter final : public LaneFilter {
 
   /// Sets the initial state of each lane, n_x x L, which is also used after it is lost. Call it before the first step.
   void start_at(const Eigen::MatrixXd& states);
-  /// Returns log p of the last sample's outputs given the earlier ones, L. An output beyond the gate counts as one at
-  /// the gate.
+  /// Returns log p of the last sample's outputs given the earlier ones, L. An innovation beyond the gate counts as if
+  /// it were at the gate.
   const Eigen::ArrayXd& log_likelihood() const { return log_likelihood_; }
 
  private:

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 constexpr std::array<Fault, 5> kFaults = {Fault::kDead, Fault::kFrozen, Fault::kZero, Fault::kBiased, Fault::kNoisy};
 constexpr double kBias = 0.5, kNoise = 2.0;  // deviations of the output
 constexpr double kHarm = 2.0;
-constexpr double kUndetected = 0.1;  // share of the runs in which the fault does harm
+constexpr double kUndetected = 0.1;  // largest share of harmed runs without an alarm
 
 VectorXd output_deviations(const std::vector<FlownRun>& runs) {
   const Index ny = runs.front().outputs.rows();
@@ -94,8 +94,8 @@ std::vector<FaultRow> try_faults(const codegen::Model& model, const codegen::Mon
   std::vector<FaultRow> rows;
   if (runs.empty()) return rows;
   const VectorXd states = state_deviations(runs), outputs = output_deviations(runs);
-  // If there are few logs, they are flown several times with the fault at different times: at rest a frozen sensor does
-  // no harm.
+  // If there are few logs, each is run several times with the fault at different times, because a frozen sensor does no
+  // harm at rest.
   constexpr std::size_t kFlights = 12;
   const std::size_t times = std::max<std::size_t>(1, kFlights / runs.size());
   const std::size_t flights = times * runs.size();

@@ -30,11 +30,11 @@ constexpr double kHour = 3600.0;
 // A smaller share of missing measurements raises no alarm, even if the training had none.
 constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
-// In deviations: this quantile of a normal innovation. Innovations from the steps of an encoder end below 3 deviations,
-// so their quantile would leave no room for an error of the prediction.
+// Smallest gate [deviations]: the quantile of a normal innovation. Innovations from the steps of an encoder are below 3
+// deviations, so their own quantile would leave no margin for errors of the prediction.
 constexpr double kLeastGate = 3.5;
-// The largest limit, relative to the largest reachable value of a statistic, and the largest value in training for
-// which such a limit is used.
+// kMostOfReach: the largest limit, relative to the largest reachable value of a statistic. kSeenOfReach: such a limit
+// is used only if the values in training are below this.
 constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
 // Limits of the shares of missing samples. A gate that rejects 5 readings of 6 brings the share to 0.92 over 4 samples,
 // and to less over more samples.
@@ -45,7 +45,7 @@ constexpr double kMostMissing = 0.95, kSeenMissing = 0.93;
 struct Steps {
   MatrixXd features, changes, x_hat;
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> arrived = {};  ///< n_y x samples
-  Index armed = 0;                                                  // from this column on the observer has settled
+  Index armed = 0;                                                  // first column at which the observer has settled
 };
 
 Steps steps_of(const codegen::Model& model, const codegen::Run& run, const MatrixXd& measured, Index armed_after) {
@@ -98,8 +98,8 @@ std::vector<Steps> arrivals_of(const std::vector<Steps>& all, Index j) {
   return own;
 }
 
-/// Fits targets = slope features + offset by ridge regression. Its weight is so small that it only decides between
-/// equal features.
+/// Fits targets = slope features + offset by ridge regression. The ridge is so small that it only matters if features
+/// are equal.
 struct LinearFit {
   MatrixXd slope;
   VectorXd offset;
@@ -116,7 +116,7 @@ LinearFit fit_linear(const std::vector<Steps>& all, const Features& features_of,
   }
   if (count < 10.0 * static_cast<double>(features))
     throw codegen::Error(fmt::format(
-        "{:.0f} samples are too few to make a monitor of {} features; give longer runs or logs", count, features));
+        "{:.0f} samples are too few for a monitor with {} features; give longer runs or logs", count, features));
   mean /= count;
   mean_target /= count;
   MatrixXd square = MatrixXd::Zero(features, features), mixed = MatrixXd::Zero(features, targets);
@@ -146,7 +146,7 @@ void fit_prediction(Monitor& monitor, const std::vector<Steps>& all, const std::
   }
 }
 
-/// Fits T* linearly after it has settled. A T* that is linear itself and an angle that turns are not compared.
+/// Fits T* linearly after it has settled. States with a linear T* and angles that wrap are not compared.
 void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<Steps>& all) {
   const Index read = model.nz() + model.nr();
   const auto features = [read](const Steps& steps) {
@@ -155,7 +155,7 @@ void fit_row(Monitor& monitor, const codegen::Model& model, const std::vector<St
   const auto estimates = [](const Steps& steps) { return steps.x_hat.rightCols(steps.x_hat.cols() - steps.armed); };
   Index settled = 0;
   for (const Steps& steps : all) settled += features(steps).cols();
-  if (settled < 10 * read) return;  // the error about the limits has the reason
+  if (settled < 10 * read) return;  // too few samples; the error about the limits reports it
   const LinearFit fit = fit_linear(all, features, estimates);
   const Index nx = model.nx();
   VectorXd squares = VectorXd::Zero(nx), sum = VectorXd::Zero(nx), all_squares = VectorXd::Zero(nx);
@@ -214,7 +214,8 @@ Innovations innovations_of(const Monitor& monitor, const MatrixXd& prediction, c
     mixed += size * at.transpose();
   }
   const double spread = square_place - sum_place * sum_place / count;
-  constexpr double kLeastBase = 0.1;  // share of the mean size; at the mean of z innovations are not zero
+  // Smallest base, as a share of the mean size, because innovations are not zero at the mean of z.
+  constexpr double kLeastBase = 0.1;
   Innovations found{VectorXd::Zero(ny), VectorXd::Zero(ny), {}};
   for (Index j = 0; j < ny; ++j) {
     const double slope = spread > 0.0 ? std::max(0.0, (mixed(j) - sum(j) * sum_place / count) / spread) : 0.0;
@@ -277,7 +278,7 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   }
   monitor.latent_mean = sum / count;
   for (const Steps& steps : all) squares += (settled(steps).colwise() - monitor.latent_mean).rowwise().squaredNorm();
-  constexpr double kLeast = 0.05;  // share of the domain; a clock that has decayed has no information
+  constexpr double kLeast = 0.05;  // smallest spread, as a share of the domain; a decayed clock contains no information
   const VectorXd least = kLeast * (model.latent_max - model.latent_min);
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }
@@ -441,10 +442,10 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   }
   constexpr std::size_t kFewest = 8;
   if (maxima.size() < kFewest)
-    throw codegen::Error(fmt::format(
-        "{} time constants of {:.3g} s after the start are too few to set limits on; give longer runs or logs, "
-        "or a shorter --time-constant",
-        maxima.size(), tau));
+    throw codegen::Error(
+        fmt::format("{} time constants of {:.3g} s after the start are too few to set limits; give longer runs or "
+                    "logs, or a shorter --time-constant",
+                    maxima.size(), tau));
   monitor.hours = static_cast<double>(maxima.size() * static_cast<std::size_t>(block)) * model.sample_period_s / kHour;
   const std::vector<Statistic> statistics = statistics_of(model, monitor);
   const auto count = static_cast<Index>(statistics.size());
@@ -458,8 +459,8 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
     found(q) = std::max(1e-9, exceeded_at_rate(of_all([q](const VectorXd& one) { return one(q); }), monitor.hours,
                                                request.false_alarms_per_hour / static_cast<double>(count)));
   found.segment(count - model.nx() - ny, ny) = found.segment(count - model.nx() - ny, ny).cwiseMax(kLeastMissing);
-  // If a statistic cannot reach its limit, it gets a lower limit, if training stays below that. Otherwise it is not
-  // watched.
+  // If a statistic cannot reach its limit, it gets a lower one, provided that its values in training are below it.
+  // Otherwise it is not watched.
   const auto reachable = [&](double limit, Index q) {
     const Statistic& statistic = statistics[static_cast<std::size_t>(q)];
     if (limit < statistic.most) return limit;
@@ -477,8 +478,7 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   set_limits(monitor, ny, found);
   if (!clean) return fitted;
 
-  // Without noise the errors of predictions are those of the model, which hardly change between samples, so p is near
-  // v.
+  // Without noise, prediction errors are model errors, which hardly change between samples. Then p is close to v.
   Monitor unscaled = monitor;
   constexpr double kHuge = 1e12;
   unscaled.least_variance.setConstant(kHuge);

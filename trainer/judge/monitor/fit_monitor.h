@@ -29,8 +29,9 @@ using MonitorProgress = std::function<void(double share)>;
 struct FittedMonitor {
   codegen::Monitor monitor;
   GateReport gate;
-  std::vector<std::string> notes;      ///< lines on the time constant and the rate, if they are unusual
-  std::vector<std::string> unwatched;  ///< statistics that cannot reach their limit, or whose limit training reaches
+  std::vector<std::string> notes;  ///< lines on the time constant and the rate, if they are unusual
+  /// Statistics that are not watched, because they cannot reach their limit, or reach it in training.
+  std::vector<std::string> unwatched;
 };
 
 /// Makes a monitor.
@@ -40,7 +41,8 @@ struct FittedMonitor {
 ///   together have the stated rate
 ///   clean   runs without noise, if there is a plant: smaller prediction errors are not significant
 ///   trial   runs that only set the arming time: the error of x_hat must be at most twice its later size, after at
-///   least one and at most three time constants. A gate that does harm on them is not shipped (gate_trial.h)
+///   least one and at most three time constants. A gate that increases the error on them is not shipped
+///   (gate_trial.h)
 /// Throws codegen::Error if runs are too few or too short.
 FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
                           const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,

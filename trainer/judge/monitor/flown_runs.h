@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs with their true states. The error of the estimate on them shows the effect of a gate, a frozen sensor or a
-// fault.
+// Runs of an observer and its monitor, with the true states. The estimation error on them shows the effect of a gate, a
+// frozen sensor or a fault.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,7 +40,7 @@ struct ErrorSum {
 ErrorSum error_sum(const codegen::Model& model, const FlownRun& run, const Eigen::MatrixXd& x_hat,
                    const Eigen::VectorXd& deviations, Eigen::Index first = 0);
 
-/// Flies a run with the gate of the monitor.
+/// Runs the observer over a run, with the gate of the monitor.
 codegen::WatchedRun fly(const codegen::Model& model, const codegen::Monitor& monitor, const FlownRun& run);
 
 /// Returns the monitor with an open gate and without detection of frozen sensors: it rejects nothing.

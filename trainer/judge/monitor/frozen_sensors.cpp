@@ -18,11 +18,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// An output that may fail is frozen once it repeats a reading for longer than at all but this share of the samples in
-// training. At most this share of its samples at rest may have a reference sensor outside of its range; of its other
-// samples, most must have it outside.
+// kFrozenShare: an output that may fail counts as frozen once it repeats a reading for longer than at all but this
+// share of the samples in training. A reference sensor must be inside its range for all but this share of the output's
+// samples at rest. kLeastReference: smallest share of the other samples at which it must be outside.
 constexpr double kFrozenShare = 0.03, kLeastReference = 0.5;
-// A sensor of high resolution sometimes repeats a reading, even if no log shows it.
+// Smallest limit of equal readings, because a sensor of high resolution sometimes repeats a reading even if no log
+// shows it.
 constexpr std::size_t kFewestEqual = 5;
 // Resting reading of a sensor that is never at rest: no reading equals it.
 constexpr double kNoRest = 1e30;
@@ -38,8 +39,8 @@ double resting_reading(const SensedRuns& runs, Index j) {
   return most == repeated.end() ? 0.0 : most->first;
 }
 
-/// The range of output i while output j is at rest, except kFrozenShare of it, and the share of other samples outside
-/// of it.
+/// The range of output i while output j is at rest, without the kFrozenShare outermost samples, and the share of the
+/// other samples that are outside of it.
 struct ReferenceSensor {
   Index output = 0;
   double min = 0.0, max = 0.0, beyond = 0.0;
@@ -87,8 +88,8 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   return std::min(static_cast<double>(std::max(length + 1, kFewestEqual)), 65535.0);
 }
 
-/// For one output over all runs: the most equal readings in a row, and the largest change that was predicted during
-/// equal readings [deviations], after the observer has settled.
+/// Largest values for one output over all runs after the observer has settled: the number of equal readings in a row,
+/// and the change that was predicted during equal readings [deviations].
 struct Repeated {
   int longest = 0;
   double moved = 0.0;
@@ -140,7 +141,8 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const 
   for (const int j : model.failures.outputs) {
     if (simulated || j >= model.measured()) continue;
     const double resting = resting_reading(runs, j);
-    ReferenceSensor best{j, resting, resting, kLeastReference};  // the output itself: at rest it is never frozen
+    // The output itself: at rest it is never considered frozen.
+    ReferenceSensor best{j, resting, resting, kLeastReference};
     for (Index i = 0; i < model.measured(); ++i) {
       if (i == j) continue;
       if (const ReferenceSensor other = reference_sensor_of(runs, j, resting, i); other.beyond > best.beyond)

@@ -154,14 +154,14 @@ GateReport drop_harmful_gates(const codegen::Model& model, Monitor& monitor, con
     const std::vector<GateTrial> trials = try_gate(model, alone, ways, plain, deviations, pool);
     const GateTrial& most = worst(trials);
     if (most.cost() <= kMostGateCost) return;
-    report.dropped.push_back(fmt::format("{} costs {:.3g} times the error {}", what, most.cost(), most.when));
+    report.dropped.push_back(fmt::format("{} multiplies the error by {:.3g} {}", what, most.cost(), most.when));
     drop();
   };
   if (!monitor.freezes_none())
-    try_alone(frozen_alone, "holding back frozen sensors", [&] { codegen::leave_out_frozen(monitor, model.ny()); });
+    try_alone(frozen_alone, "rejecting frozen sensors", [&] { codegen::leave_out_frozen(monitor, model.ny()); });
   try_alone(gate_alone, "rejecting outliers", [&] { monitor.gate = std::sqrt(kNoLimit); });
-  if (report.dropped.empty()) {  // neither does harm alone, but together they do
-    report.dropped.push_back(fmt::format("holding back frozen sensors beside the gate costs {:.3g} times the error {}",
+  if (report.dropped.empty()) {  // each alone is harmless, but both together increase the error
+    report.dropped.push_back(fmt::format("rejecting frozen sensors beside the gate multiplies the error by {:.3g} {}",
                                          worst(report.trials).cost(), worst(report.trials).when));
     codegen::leave_out_frozen(monitor, model.ny());
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tests that a gate does no harm: estimates with it are compared with estimates without it, on runs that were not used
-// to set it, as trained and in the situations in which a gate is most likely to be wrong.
+// Tests that a gate does no harm. Estimates with and without the gate are compared on runs that were not used to set
+// it: as in training, and in situations in which a gate is most likely to be wrong.
 #pragma once
 
 #include <optional>
@@ -25,19 +25,20 @@ struct GateTrial {
 
 struct GateReport {
   std::vector<GateTrial> trials;  ///< trials of the gate that ships, or of the one that was dropped
-  /// With lost readings: `plain` holds the last reading, `gated` puts the prediction in its place. Empty: not tried.
+  /// With lost readings: `plain` holds the last reading, `gated` uses the prediction instead. Empty: not tried.
   std::optional<GateTrial> replacing;
   std::vector<std::string> dropped;  ///< "the gate: 3.2 times the error after a restart"; empty: nothing was dropped
 };
 
-/// Loses readings in bursts of one to three samples, 4 % in all, and flies `runs` with and without predictions in their
-/// place. Sets Monitor::replaces of all outputs that may be replaced if the error is at least 5 % smaller. Slow outputs
-/// and those with may_fail are not replaced: the observer expects them to be missing.
+/// Removes 4 % of the readings in bursts of one to three samples, and runs the observer with and without predictions in
+/// their place. Sets Monitor::replaces of all outputs that may be replaced if the error is at least 5 % smaller. Slow
+/// outputs and those with may_fail are not replaced: the observer expects them to be missing.
 std::optional<GateTrial> replace_lost_readings(const codegen::Model& model, codegen::Monitor& monitor,
                                                const std::vector<FlownRun>& runs, ThreadPool& pool);
 
-/// Flies `runs` with and without the gate and the frozen-sensor detection of `monitor`. Switches each of the two off in
-/// `monitor` if it costs more than kMostGateCost in any situation. `gap`: samples that are lost in the middle.
+/// Runs the observer over `runs` with and without the gate and the frozen-sensor detection of `monitor`. Switches each
+/// of the two off in `monitor` if it costs more than kMostGateCost in any situation. `gap`: samples that are lost in
+/// the middle.
 GateReport drop_harmful_gates(const codegen::Model& model, codegen::Monitor& monitor, const std::vector<FlownRun>& runs,
                               Eigen::Index gap, ThreadPool& pool);
 

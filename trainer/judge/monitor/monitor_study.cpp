@@ -85,7 +85,7 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
     std::optional<ComparedRuns> runs_there;
     try {
       runs_there = compared_runs(nominal, conditions[c], SeedStream::kTest, seed, 1, own);
-    } catch (const codegen::Error& error) {  // an output that is not finite, for example
+    } catch (const codegen::Error& error) {  // for example an output that is not finite
       if (c == 0) throw;
       study.impossible.push_back(conditions[c].name + ": " + error.what());
       continue;

@@ -66,7 +66,7 @@ double correlation_samples(const SensedRuns& runs, Index output) {
       for (Index k = lag; k < y.cols(); ++k) total += value(y, k) * value(y, k - lag);
     return total;
   };
-  const double first = product(1);  // not at lag 0, which contains the noise
+  const double first = product(1);  // normalises by lag 1, because lag 0 contains the noise
   double integral = 0.5;
   for (Index lag = 1; first > 0.0; ++lag) {
     const double share = product(lag) / first;
@@ -77,7 +77,7 @@ double correlation_samples(const SensedRuns& runs, Index output) {
 }
 
 constexpr long kLeastSamples = 16;
-constexpr double kOfRun = 8.0;             // ratio of the longest run to the longest period that it can show
+constexpr double kOfRun = 8.0;             // the longest run must be this many times as long as the period
 constexpr std::size_t kEnoughBlocks = 30;  // fewer blocks do not show the tail for a limit
 
 /// Returns the number of whole time constants in `runs`, of `block` samples each, without the first of each run, in
@@ -101,12 +101,12 @@ TimeConstant time_constant(const codegen::Model& model, const SensedRuns& runs, 
     own_s = 2.0 * std::numbers::pi * longest * period_s;
   }
   const auto instead = [own_s](double seconds, const std::string& why) {
-    return TimeConstant{
-        seconds, fmt::format("averages over {:.3g} s, not the {:.3g} s of the observer or its outputs: {}", seconds,
-                             own_s, why)};
+    return TimeConstant{seconds,
+                        fmt::format("averages over {:.3g} s instead of the {:.3g} s of the observer or its outputs: {}",
+                                    seconds, own_s, why)};
   };
   if (std::lround(own_s / period_s) < kLeastSamples)
-    return instead(least_s, fmt::format("they span {} samples at least", kLeastSamples));
+    return instead(least_s, fmt::format("they must span at least {} samples", kLeastSamples));
   TimeConstant chosen{own_s};
   if (!slowest) {
     Index samples = 0;

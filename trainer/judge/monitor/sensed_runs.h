@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs with the readings of an observer's sensors, for making and testing a monitor. Also returns the time scale of a
-// monitor: the memory of the observer and the plant.
+// Runs with the readings of an observer's sensors, for making and testing a monitor. time_constant() derives the time
+// scale of a monitor from the memory of the observer and the plant.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,7 +50,7 @@ struct TimeConstant {
 /// returns 2 pi times the correlation time of the outputs (the integral of their autocorrelation up to its first zero),
 /// which is the period of an oscillation. It is then at most an eighth of the longest run, because the monitor arms
 /// after one time constant. In all cases it is at least 16 sample periods: the shortest average then spans 4 samples,
-/// and 5 rejected readings in a row are not taken for a dead sensor. `recorded`: there are no other runs, so the time
+/// and 5 rejected readings in a row do not look like a dead sensor. `recorded`: there are no other runs, so the time
 /// constant is halved until they contain 30 of them for the limits.
 TimeConstant time_constant(const codegen::Model& model, const SensedRuns& runs, bool recorded);
 
