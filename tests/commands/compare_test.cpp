@@ -112,7 +112,7 @@ TEST_F(CompareCommand, RefusesModelsThatItCannotCompareBeforeItRunsThem) {
               HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
   EXPECT_THAT(refusal({"--conditions", "nowhere.toml"}), HasSubstr("nowhere.toml"));
   EXPECT_THAT(refusal({"--as-trained", "--set", "observer.gain=2"}),
-              HasSubstr("--set observer.gain=2: only plant.KEY"));
+              HasSubstr("--set observer.gain=2: a test can only change plant.KEY"));
   scratch.write("far.toml", "[[condition]]\nname = \"a\"\nset = [\"plant.parameters.mi=2\"]\n");
   EXPECT_THAT(refusal({"--conditions", "far.toml"}), AllOf(HasSubstr("far.toml:1: condition \"a\""),
                                                            HasSubstr("has no parameter \"mi\"; did you mean \"mu\"")));

@@ -202,11 +202,12 @@ TEST_F(Identify, SaysWhyAPlantHasNoObserverWithAPrior) {
     return result.out;
   };
   // No column holds "bend"; 1 - rate^2 / 400 is 0 within the range of the rate.
-  EXPECT_THAT(reason({"--set", "plant.states=[\"angle\", \"rate\", \"bend\"]", "--set",
-                      "plant.derivative=[\"rate\", \"-w2 * sin(angle) - c * rate + bend\", \"-bend\"]", "--set",
-                      "identify.initial_state=[0.0, 0.0, 0.0]", "--set", "identify.initial_deviation=[1.0, 10.0, 0.1]",
-                      "--set", "identify.process_noise=[0.001, 0.1, 0.1]"}),
-              HasSubstr("no experiment with structure = \"prior\": no column of the logs holds the state \"bend\""));
+  EXPECT_THAT(
+      reason({"--set", "plant.states=[\"angle\", \"rate\", \"bend\"]", "--set",
+              "plant.derivative=[\"rate\", \"-w2 * sin(angle) - c * rate + bend\", \"-bend\"]", "--set",
+              "identify.initial_state=[0.0, 0.0, 0.0]", "--set", "identify.initial_deviation=[1.0, 10.0, 0.1]", "--set",
+              "identify.process_noise=[0.001, 0.1, 0.1]"}),
+      HasSubstr("no experiment with structure = \"prior\" is written: the logs have no column for the state \"bend\""));
   EXPECT_THAT(reason({"--set", "plant.derivative=[\"rate\", \"-w2 * sin(angle) / (2 + cos(angle) - 1.1) - c * rate\"]",
                       "--set", "identify.iterations=1"}),
               HasSubstr("equations.derivative[2] has no bound"));

@@ -189,7 +189,7 @@ TEST(Evaluate, NamesLogsThatTrainedTheModelAndLogsWithAnotherClock) {
   std::string half = "time,y\n";
   for (int k = 0; k < 200; ++k)
     half += shortest_text(0.02 * k) + "," + shortest_text(std::sin(0.02 * k + 2.0071)) + "\n";
-  EXPECT_THAT(evaluate("half.csv", half), HasSubstr("regular at 0.02 s, and the nominal sample period is 0.01 s"));
+  EXPECT_THAT(evaluate("half.csv", half), HasSubstr("have the period 0.02 s, but the nominal sample period is 0.01 s"));
 }
 
 TEST(Evaluate, AppliesTheGivenInputInSimulationAndEvaluation) {

@@ -151,7 +151,7 @@ TEST(NewLog, WritesMissingForCellsThatMeanNoValue) {
             "," + shortest_text(std::cos(0.3 * k)) + "\n";
   scratch.write("a.csv", text);
   const ProgramResult result = scratch.ok({"new", "log", "a.csv"});
-  EXPECT_THAT(result.out, AllOf(HasSubstr("a.csv:9: \"gyro\" is -9999 there and in 1 % of its rows"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("a.csv:9: \"gyro\" is -9999 here and in 1 % of its rows"),
                                 HasSubstr("delete missing = [\"ERR\", -9999]"), Not(HasSubstr("gyro^2"))));
   EXPECT_THAT(scratch.read("log.toml"), HasSubstr("missing = [\"ERR\", -9999]"));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;

@@ -88,7 +88,7 @@ TEST_F(LogChecks, NoteDegreesCalledRad) {
   // A wrap in the wrong unit: jumps of 360 show it.
   const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t) / kDegree, 360.0); };
   EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "rad", .wrap = kTurn}),
-              Contains(AllOf(HasSubstr("and jumps by 360: degrees"), HasSubstr("unit and wrap"))));
+              Contains(AllOf(HasSubstr("and jumps by 360: is it in degrees"), HasSubstr("unit and wrap"))));
 }
 
 TEST_F(LogChecks, NoteRadCalledDegrees) {
@@ -140,7 +140,7 @@ TEST_F(LogChecks, NoteOutliersOfAState) {
   EXPECT_THAT(
       notes(two_columns(swing, stray(2, 8.0)), {}, {.unit = "m/s"}),
       ElementsAre(
-          AllOf(HasSubstr("log.csv:303: \"b\" is 8.638 m/s, and 0.6372 before and 0.6377 after (the farthest of 2 such "
+          AllOf(HasSubstr("log.csv:303: \"b\" is 8.638 m/s, but 0.6372 before and 0.6377 after (the farthest of 2 such "
                           "rows): an outlier"),
                 HasSubstr("leave the cell empty"))));
   EXPECT_THAT(notes(two_columns(swing, stray(1, -8.0))), ElementsAre(HasSubstr("an outlier")));
@@ -253,7 +253,8 @@ TEST_F(LogChecks, NoteAPeriodThatDiffersFromThatOfTheStamps) {
     EXPECT_EQ(uniform, report.notes.empty());
     return report.notes;
   };
-  EXPECT_THAT(load(0.0102), ElementsAre(AllOf(HasSubstr("regular at 0.01 s"), HasSubstr("sample_period_s = 0.01"))));
+  EXPECT_THAT(load(0.0102),
+              ElementsAre(AllOf(HasSubstr("have the period 0.01 s"), HasSubstr("sample_period_s = 0.01"))));
   EXPECT_THAT(load(0.010005), IsEmpty());  // half a thousandth
 }
 

@@ -108,8 +108,8 @@ TEST_F(LogClock, BeginsANewRunIfTheClockGoesBack) {
     EXPECT_EQ(data.trajectories[1].time_s[0], 0.0);
     EXPECT_EQ(data.trajectories[1].outputs(0, 0), 250.0);  // in the order of the file
     EXPECT_EQ(data.trajectories[1].outputs(0, 349), 599.0);
-    EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:252: the clock goes back, 0.000 follows 2.490: a new "
-                                                     "run begins there;")));
+    EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:252: the clock goes back (0.000 follows 2.490), so a new "
+                                                     "run begins there.")));
   }
   load(plain_config(), log_of([](int k) { return printed(0.01 * (k % 200)); }));
   EXPECT_EQ(report_.files[0].runs, 3u);

@@ -52,16 +52,16 @@ TEST(ConfigErrors, NameTheAllowedRange) {
       {
           {"trajectories = 4", "trajectories = 0", "e.toml:9", "trajectories is 0; it must be an integer from 1"},
           {"steps = 10", "learning_rate = 0", "e.toml:19", "learning_rate is 0; it must be a finite number > 0"},
-          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 exports the untrained network"},
+          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 leaves the network untrained"},
           {"steps = 10", "learning_rate = nan", "e.toml:19", "learning_rate is nan"},
           {"steps = 10", "learning_rate = 1e999", "e.toml:19", "learning_rate"},
           {"steps = 10", "steps = 99999999999999999999", "e.toml:19", "too many digits"},
           {"steps = 10", "ema = 1.0", "e.toml:19", "ema is 1; it must be a finite number from 0 to 1 (excluded)"},
-          {"steps = 10", "early_share = 0.3", "e.toml:19", "early_share needs early_s"},
+          {"steps = 10", "early_share = 0.3", "e.toml:19", "early_share needs the time early_s"},
           {"[training]", "[inverse_map]\nhidden = []\nerror = true\n[training]", "e.toml:20",
-           "error reads the last hidden layer of T*, and hidden = [] leaves it none"},
+           "error reads the last hidden layer of T*, but hidden = [] means that there is none"},
           {"[training]", "[inverse_map]\nfallback = true\n[training]", "e.toml:19",
-           "fallback is chosen on logs that are left out, and none are"},
+           "fallback is selected on left-out logs, but there are none"},
           {"steps = 10", "segment_s = 20.0", "e.toml:19", "segment_s is 20; it must be at most horizon_s, 10"},
           {"-2.0]", "2.0]", "e.toml:14", "eigenvalues[1] is 2; it must be a finite number < 0"},
           {"[-0.5, 1.0]", "[0.5, 1.0]", "e.toml:15", "pairs[0] has the real part 0.5; it must be < 0"},
@@ -69,8 +69,8 @@ TEST(ConfigErrors, NameTheAllowedRange) {
           {"[-1, -1]", "[-1, 2]", "e.toml:11", "initial_high[1] is 1; it must not be below initial_low[1], 2"},
           {"[-1, -1]", "[-1]", "e.toml:10", "initial_low has 1 numbers; the plant has 2 states"},
           {"initial_low = [-1, -1]\n", "", "e.toml:7", "initial_low is missing"},
-          {"horizon_s = 10.0", "horizon_s = 0.01", "e.toml:8", "the horizon must be the longer one"},
-          {"horizon_s = 10.0", "horizon_s = 1e9", "e.toml:8", "does not fit into memory"},
+          {"horizon_s = 10.0", "horizon_s = 0.01", "e.toml:8", "the horizon must be longer than the sample period"},
+          {"horizon_s = 10.0", "horizon_s = 1e9", "e.toml:8", "do not fit into memory"},
           {"gaussian:0.5", "gaussian:-1", "e.toml:20", "negative scale"},
           {"gaussian:0.5", "none\"\nnoise_level_max = 2 #", "e.toml:21", "noise_level_max scales the noise"},
           {"name = \"small\"", "name = \"two words\"", "e.toml:1", "it must be an identifier"},
@@ -87,7 +87,7 @@ TEST(ConfigErrors, NameTransientsThatDoNotFit) {
       {
           {"steps = 10", "transient = \"dropped\"", "e.toml:19", "transient is \"dropped\""},
           {"steps = 10", "transient_factor = 0", "e.toml:19", "transient_factor is 0; it must be a finite number > 0"},
-          {"steps = 10", "transient = \"drop\"", "e.toml:19", "leaves nothing of the horizon of 10 s"},
+          {"steps = 10", "transient = \"drop\"", "e.toml:19", "leaves no sample of the horizon of 10 s"},
           {"steps = 10", "transient = \"backward\"\ntransient_factor = 1e6", "e.toml:19",
            "the transient lasts 2e+06 s"},
           {"steps = 10", "transient = \"backward\"\nsegment_s = 2.0", "e.toml:20", "set segment_s = 0"},
@@ -100,7 +100,7 @@ TEST(ConfigErrors, NameTransientsThatDoNotFit) {
   EXPECT_EQ(error_of(luenberger), "no error");
   expect_rows(luenberger, {{"steps = 10", "transient = \"drop\"", "e.toml:20", "this observer has none"}});
   expect_rows(kLogExperiment, {{"[observer]", "[training]\ntransient = \"backward\"\n[observer]", "e.toml:22",
-                                "logs have no plant; use \"drop\""}});
+                                "but this experiment has logs; use \"drop\""}});
   EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "transient = \"drop\"\ntransient_factor = 4.9")), "no error");
   EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "transient = \"backward\"")), "no error");
   EXPECT_EQ(error_of(with(kLogExperiment, "[observer]", "[training]\ntransient = \"drop\"\n[observer]")), "no error");
@@ -204,7 +204,7 @@ TEST(ConfigErrors, NameBrokenExpressions) {
   expect_rows(text, {
                         {"\"-a\"", "\"-c\"", "e.toml:5", "[plant] derivative[1] \"-c\""},
                         {"\"-a\"", "\"-a*\"", "e.toml:5", "derivative[1]"},
-                        {"\"-a\"", "\"a=1\"", "e.toml:5", "\"=\" has no place"},
+                        {"\"-a\"", "\"a=1\"", "e.toml:5", "an expression cannot contain \"=\""},
                         {"outputs = [\"a\"]", "outputs = []", "e.toml:3", "has no outputs"},
                         {"\"-a\"]", "\"-a\", \"0\"]", "e.toml:3", "2 states but 3 derivative expressions"},
                         {"\"a\", \"b\"]", "\"a\", \"a\"]", "e.toml:3", "\"a\" twice"},

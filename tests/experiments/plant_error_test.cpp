@@ -56,8 +56,8 @@ TEST(PlantErrors, NameWrongAngles) {
            "output_encodings"},
           {"\"unit_gain\"", "\"ones\"", "e.toml:17", "set output_injection = \"unit_gain\""},
           {"\"steady\"", "\"zero\"", "e.toml:18", "set start = \"steady\""},
-          {"estimated = [\"omega\"]\n", "", "e.toml:7", "cannot give theta itself; leave theta out of `estimated`"},
-          {"[observer]", "[loss]\nmap_consistency = 1\n[observer]", "e.toml:9", "T(x) is a function of all of them"},
+          {"estimated = [\"omega\"]\n", "", "e.toml:7", "so it cannot estimate theta; leave theta out of `estimated`"},
+          {"[observer]", "[loss]\nmap_consistency = 1\n[observer]", "e.toml:9", "T(x) is a function of all states"},
       });
   const std::string sincos = with(with(kPendulum, "estimated = [\"omega\"]",
                                        "state_encodings = [\"sincos\", \"unwrap\"]\noutput_encodings = [\"sincos\"]"),
@@ -69,7 +69,7 @@ TEST(PlantErrors, NameWrongAngles) {
   expect_rows(mirrored, {{"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"thet\"]", "e.toml:7",
                           "not a state, output or input; did you mean \"theta\"?"},
                          {"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"theta\"]", "e.toml:18",
-                          "and at the image x = ("}});
+                          "and at the mirror image x = ("}});
   const std::string driven = with(sincos, "outputs = [\"theta\"]",
                                   "outputs = [\"theta\"]\ninputs = [\"u\"]\ninput_field = [[\"0\"], [\"1\"]]");
   expect_rows(with(driven, "[observer]", "[loss]\nmap_consistency = 1\n[observer]"),
@@ -97,7 +97,7 @@ TEST(PlantErrors, NameWrongInitialStates) {
                    "initial_states[1] has 1 numbers"},
                   {corners, "initial_distribution = \"point\"", "e.toml:10", "use \"uniform\""},
                   {"[-1, -1]", "[-1, -1]\ninitial_states = [[0, 0]]", "e.toml:11",
-                   "initial_states has no use for initial_distribution = \"uniform\""},
+                   "initial_states has no effect with initial_distribution = \"uniform\""},
                   {"[-1, -1]", "[-1, -1]\ninitial_distribution = \"list\"", "e.toml:10", "initial_low has no use"},
               });
 }
@@ -176,8 +176,8 @@ TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
           {"steps = 10", "input_noise = \"gaussian:0.1+jitter:0.2\"", "e.toml:19", "input_noise has jitter"},
           {"steps = 10", "input_noise = \"gaussian:0.1,none\"", "e.toml:19", "input_noise is not a noise for 1 inputs"},
           {"\"zero\"", "\"log\"", "e.toml:22", "no log is given; name the file: log = \"inputs.csv\""},
-          {"shortest_s = 0.5", "log = \"u.csv\"", "e.toml:26", "log is read for the kind \"log\" alone"},
-          {"steps = 10", "transient = \"backward\"", "e.toml:19", "and there is [excitation]; use \"drop\""},
+          {"shortest_s = 0.5", "log = \"u.csv\"", "e.toml:26", "log is only used for the kind \"log\""},
+          {"steps = 10", "transient = \"backward\"", "e.toml:19", "but there is [excitation]; use \"drop\""},
       });
   EXPECT_THAT(error_of(kLogExperiment + "[excitation]\nlow = [-1]\nhigh = [1]\n"),
               HasSubstr("[excitation] is not used with [log] alone"));
@@ -191,7 +191,7 @@ TEST(ExcitationErrors, AskForANumberOfProcessNoiseForEachState) {
   EXPECT_THAT(error_of(with_noise("[0.1]")), StartsWith("e.toml:10: [simulation] process_noise has 1 numbers"));
   EXPECT_THAT(error_of(with_noise("[0.1, -0.1]")), StartsWith("e.toml:10: [simulation] process_noise[1] is -0.1"));
   EXPECT_THAT(error_of(with(with_noise("[0, 0.1]"), "steps = 10", "transient = \"backward\"")),
-              HasSubstr("and there is [simulation] process_noise"));
+              HasSubstr("but there is [simulation] process_noise"));
   const Experiment once = parse_experiment(with_noise("[0, 0.1]"), "e.toml");
   EXPECT_THAT(parse_experiment(once.source_text, "again").simulation.process_noise, ElementsAre(0.0, 0.1));
 }
@@ -209,7 +209,7 @@ TEST(ExcitationErrors, NameWrongRangesOfParameters) {
   EXPECT_THAT(error_of(with_range("[1, 2, 3]")), HasSubstr("it has 3 numbers, and a range is [low, high]"));
   EXPECT_THAT(error_of(with_range("[1, \"2\"]")), HasSubstr("parameters.mu[1] is \"2\""));
   EXPECT_THAT(error_of(with(with_range("[0.7, 1.3]"), "steps = 10", "transient = \"backward\"")),
-              HasSubstr("and there is [plant] parameters with a range"));
+              HasSubstr("but there is [plant] parameters with a range"));
 }
 
 TEST(ExcitationErrors, NameAnInputWithoutEffect) {
@@ -224,7 +224,7 @@ TEST(ExcitationErrors, NameAnInputWithoutEffect) {
                         {"sin(u)", "sin(a)", "e.toml:7", "the input \"u\" has no effect; name it in a derivative"},
                         {"outputs = [\"a\"]", "outputs = [\"a + u\"]", "e.toml:6", "a function of the state alone"},
                         {"inputs = [\"u\"]", "inputs = [\"u\"]\ninput_field = [[\"0\"], [\"1\"]]", "e.toml:5",
-                         "inputs have their place in input_field, or remove it and name them here"},
+                         "write inputs in input_field, or remove input_field and name the inputs here"},
                     });
 }
 

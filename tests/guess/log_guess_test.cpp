@@ -324,8 +324,8 @@ TEST_F(LogGuess, ProposesMissingForCellsThatMeanNoValue) {
   EXPECT_EQ(column(log, "z_sensor").role, ColumnRole::kOutput);
   EXPECT_THAT(column(log, "motor_cmd").missing, IsEmpty()) << "a command at its limit";
   EXPECT_THAT(column(log, "x_true").missing, IsEmpty());
-  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:9: \"y_sensor\" is -9999 there and in 2 % of its rows"),
-                                     HasSubstr("log.csv:11: \"z_sensor\" is \"ERR\" there and in 2 % of its rows")));
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:9: \"y_sensor\" is -9999 here and in 2 % of its rows"),
+                                     HasSubstr("log.csv:11: \"z_sensor\" is \"ERR\" here and in 2 % of its rows")));
 }
 
 TEST_F(LogGuess, IgnoresAColumnOfWords) {
@@ -363,7 +363,7 @@ TEST_F(LogGuess, IgnoresEmptyColumnsAndSaysWhy) {
   }
   EXPECT_THAT(column(log, "dead").why, HasSubstr("all its values are equal"));
   EXPECT_THAT(column(log, "copy").why, HasSubstr("a copy of \"y_measured\""));
-  EXPECT_THAT(column(log, "note").why, HasSubstr("no numbers: \"ok\""));
+  EXPECT_THAT(column(log, "note").why, HasSubstr("not numbers: \"ok\""));
 }
 
 TEST_F(LogGuess, UsesRowsAsTheClockOnlyIfTheirPeriodIsGiven) {

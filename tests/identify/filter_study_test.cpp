@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "f.toml:15: [identify] initial_deviation has 1 numbers; the plant has 2 states"},
         Mistake{"segment_s", "segments_s", "unknown key \"segments_s\" in [identify]; did you mean \"segment_s\"?"},
         Mistake{"outputs = [\"angle\"]\n", "outputs = [\"angle\"]\nstate_wraps = [\"2pi\", 0]\n",
-                "[plant] state_wraps has no use here"},
+                "[plant] state_wraps has no effect here"},
         Mistake{"w2 = 15.0", "w2 = -15.0", "[identify] positive keeps it above 0"},
         Mistake{"[identify]", "[observer]",
                 "unknown key \"observer\" in the identification; there are: name, threads, plant, log, identify"}));

@@ -221,7 +221,7 @@ TEST(Identify, RefusesLogsShorterThanASegmentAndDivergingStartValues) {
   EXPECT_THAT([&] { identified(pendulum_identification({"identify.segment_s=100.0"}), logs); },
               testing::ThrowsMessage<codegen::Error>(HasSubstr("segment_s = 100 s is longer than every log")));
   EXPECT_THAT([&] { identified(pendulum_identification({"plant.parameters.c=-1e4"}), logs); },
-              testing::ThrowsMessage<codegen::Error>(HasSubstr("diverges from the start values")));
+              testing::ThrowsMessage<codegen::Error>(HasSubstr("the simulation with the start values diverges")));
 }
 
 }  // namespace

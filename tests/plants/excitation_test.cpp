@@ -133,7 +133,7 @@ TEST(Excitation, ErrorsNameTheInputTheExpressionAndThePosition) {
   EXPECT_THAT(error_of(*plant, {"cos(12*x1)"}),
               AllOf(HasSubstr("input u \"cos(12*x1)\""), HasSubstr("position 8"), HasSubstr("variables: t")));
   EXPECT_THAT(error_of(*plant, {"cos(12*t"}), HasSubstr("input u \"cos(12*t\""));
-  EXPECT_THAT(error_of(*plant, {"u = t"}), HasSubstr("\"=\" has no place"));
+  EXPECT_THAT(error_of(*plant, {"u = t"}), HasSubstr("an expression cannot contain \"=\""));
   EXPECT_THAT(error_of(*plant, {""}), HasSubstr("the expression is empty"));
   EXPECT_THAT(error_of(*plant, {"sqrt(1 - t)"}, 1.5), HasSubstr("is not a finite number at t = 1.5 s"));
   EXPECT_EQ(error_of(*plant, {"sqrt(1 - t)"}, 0.5), "no error");
@@ -220,7 +220,7 @@ TEST_F(LoggedInputsTest, RowsAreASamplePeriodApartWithoutATimeColumn) {
 TEST_F(LoggedInputsTest, ErrorsNameThePlaceAndTheRemedy) {
   ASSERT_EQ(error(), "no error");
   excitation_.high[0] = 3.0;
-  EXPECT_NE(error().find("csv:63: a is 3.05, and [excitation] lets this input go from 0 to 3; widen low and high"),
+  EXPECT_NE(error().find("csv:63: a is 3.05, but [excitation] limits this input to 0 to 3; widen low and high"),
             std::string::npos)
       << error();
   excitation_.high[0] = 4.0;
@@ -238,7 +238,7 @@ TEST_F(LoggedInputsTest, RefusesAGapThatIsTooLong) {
   };
   EXPECT_EQ(said("0", "99999"), "no error") << "a million periods of .1 s, minus ten";
   EXPECT_NE(said("0", "1e300")
-                .find("csv:3: t is 1e+300 s after the row before, and at most 1e+05 s (1e+06 sample "
+                .find("csv:3: t is 1e+300 s after the row before, but at most 1e+05 s (1e+06 sample "
                       "periods) are allowed"),
             std::string::npos)
       << error();

@@ -46,7 +46,7 @@ TEST(OddPlant, IsRecognised) {
 TEST(OddPlant, TheLorenzSystemIsRefusedWithACounterexample) {
   const std::string found = counterexample({"10 * (x2 - x1)", "x1 * (28 - x3) - x2", "x1 * x2 - 8 / 3 * x3"}, "x1");
   EXPECT_THAT(found, HasSubstr("at x = ("));
-  EXPECT_THAT(found, HasSubstr("and at the image x = ("));
+  EXPECT_THAT(found, HasSubstr("and at the mirror image x = ("));
 }
 
 TEST(OddPlant, TheLorenzSystemIsOddIfItsThirdStateIsEven) {
@@ -54,7 +54,7 @@ TEST(OddPlant, TheLorenzSystemIsOddIfItsThirdStateIsEven) {
   EXPECT_EQ(counterexample(lorenz, "x1", {"x3"}), "odd");
   EXPECT_EQ(counterexample(lorenz, "x1^2", {"x3", "y"}), "odd") << "an output may also be even";
   EXPECT_THAT(counterexample(lorenz, "x1^2", {"x3"}), HasSubstr("the output of y"));
-  EXPECT_THAT(counterexample(lorenz, "x1", {"x2"}), HasSubstr("and at the image x = ("));
+  EXPECT_THAT(counterexample(lorenz, "x1", {"x2"}), HasSubstr("and at the mirror image x = ("));
 }
 
 TEST(OddPlant, InputsOfADrivenPlantAlsoChangeTheirSign) {
@@ -74,7 +74,7 @@ TEST(OddPlant, InputsOfADrivenPlantAlsoChangeTheirSign) {
   EXPECT_EQ(found("force + 0.1 * force^3 - v", {}), "odd");
   EXPECT_EQ(found("force - drag * v", {"drag"}), "odd") << "a coefficient keeps its sign";
   EXPECT_THAT(found("force - drag * v", {}), HasSubstr("u = ("));
-  EXPECT_THAT(found("force^2 - v", {}), HasSubstr("and at the image x = ("));
+  EXPECT_THAT(found("force^2 - v", {}), HasSubstr("and at the mirror image x = ("));
   EXPECT_EQ(found("force^2 - v", {}, false), "odd") << "an input that does not act is ignored";
 }
 

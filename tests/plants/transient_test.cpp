@@ -234,7 +234,7 @@ TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterDecays) {
     return LinearPlant("decaying", channels({"x"}), channels({"y"}), -a * one, one);
   };
   const Eigen::MatrixXd initial = Eigen::MatrixXd::Ones(1, 1);
-  EXPECT_THAT(lead_in_error(decaying(1.1), initial, 5.0, 5.0), HasSubstr("grown faster than the filter forgets"));
+  EXPECT_THAT(lead_in_error(decaying(1.1), initial, 5.0, 5.0), HasSubstr("grows faster than the filter forgets"));
   EXPECT_EQ(lead_in_error(decaying(0.9), initial, 5.0, 5.0), "no error");
 }
 

@@ -214,7 +214,7 @@ TEST(Carried, RefusesChannelsThatAreNotVectorsAndNamesTheRemedy) {
   EXPECT_THAT(refused(without(text_of(""), "[[log.columns]]\nname = \"y\"\nrole = \"state\"\nunit = \"\"\n")),
               HasSubstr("there are 2 states"));
   EXPECT_THAT(refused(without(text_of(""), "name = \"w\"\nrole = \"input\"", "name = \"w\"\nrole = \"ignored\"")),
-              HasSubstr("there are 2: give the gyroscope's columns role"));
+              HasSubstr("there are 2 inputs: give the gyroscope's columns role"));
   EXPECT_THAT(refused(without(text_of(""), "unit = \"rad/s\"", "unit = \"deg/s\"")),
               HasSubstr("input u is in \"deg/s\""));
   EXPECT_THAT(refused(text_of("", "")), HasSubstr("readout = \"network\""));

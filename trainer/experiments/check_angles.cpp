@@ -37,7 +37,7 @@ std::vector<Angle> plant_angles(const std::vector<Channel>& channels, const std:
   return angles;
 }
 
-/// When y turns by 2 pi, z must turn by 2 pi, too, so that z - y does not change. This needs a DC gain of one.
+/// If y increases by 2 pi, z must also increase by 2 pi, so that z - y does not change. This needs a DC gain of one.
 void check_outputs(const ObserverConfig& o, const std::vector<Angle>& outputs, const std::string& mend) {
   for (const auto& [name, sincos] : outputs) {
     if (sincos) continue;
@@ -58,8 +58,8 @@ void check_outputs(const ObserverConfig& o, const std::vector<Angle>& outputs, c
   }
 }
 
-/// T* of an unwrapped angle reads z - y, from which the angle itself cannot be computed. T(x) reads states, which must
-/// return to the same values when the plant does.
+/// For an unwrapped angle, T* reads z - y, from which the angle itself cannot be computed. T(x) needs states that have
+/// the same values whenever the plant is in the same position.
 void check_plant_states(const Experiment& e, const PlantChannels& channels, const std::vector<Angle>& outputs,
                         const std::vector<Angle>& states) {
   const auto unwrapped = [](const Angle& angle) { return !angle.sincos; };
@@ -67,25 +67,24 @@ void check_plant_states(const Experiment& e, const PlantChannels& channels, cons
   const auto state = std::find_if(states.begin(), states.end(), unwrapped);
   if (output != outputs.end() && state != states.end())
     throw KeyError("plant.state_wraps",
-                   fmt::format("[plant] the state {0} is an unwrapped angle, and so is the output {1}: T* reads z - "
-                               "{1}, which is the same wherever it points, and cannot give {0} itself; leave {0} "
-                               "out of `estimated`, or set state_encodings to \"sincos\" for it",
+                   fmt::format("[plant] the state {0} is an unwrapped angle, and so is the output {1}: T* only reads z "
+                               "- {1}, which does not depend on the angle itself, so it cannot estimate {0}; leave {0} "
+                               "out of `estimated`, or set its state_encodings to \"sincos\"",
                                state->name, output->name));
   if (!uses_forward_map(e)) return;
   if (!channels.all_states())
     throw KeyError("plant.estimated",
-                   "[plant] estimated leaves out states, and T(x) is a function of all of them; remove it, or the "
-                   "losses of T and structure = \"driven_kkl\"");
+                   "[plant] estimated leaves out states, but T(x) is a function of all states; remove it, or remove "
+                   "the losses of T and structure = \"driven_kkl\"");
   if (output != outputs.end() || state != states.end())
-    throw KeyError(
-        output != outputs.end() ? "plant.output_wraps" : "plant.state_wraps",
-        fmt::format("[plant] {} is an unwrapped angle, and T(x) must come back when the plant does; set its encoding "
-                    "to \"sincos\", or remove the losses of T",
-                    output != outputs.end() ? output->name : state->name));
+    throw KeyError(output != outputs.end() ? "plant.output_wraps" : "plant.state_wraps",
+                   fmt::format("[plant] {} is an unwrapped angle, but T(x) must have the same value after a full turn; "
+                               "set its encoding to \"sincos\", or remove the losses of T",
+                               output != outputs.end() ? output->name : state->name));
   if (structure_of(e.observer).flies_inputs() && !channels.plain())
     throw KeyError("plant",
-                   "[plant] a driven observer carries the input field of the plant's own states: sine, cosine and "
-                   "another order in `estimated` are not for it; remove them, or use structure = \"kkl\"");
+                   "[plant] a driven observer needs the plant's own states in their order, because it contains their "
+                   "input field; remove sine and cosine and `estimated`, or use structure = \"kkl\"");
 }
 
 }  // namespace

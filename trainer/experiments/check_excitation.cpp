@@ -74,10 +74,10 @@ void check_log(const ExcitationConfig& excitation, const std::vector<codegen::Ch
   const bool from_log = std::ranges::find(excitation.kinds, InputSignal::kLog) != excitation.kinds.end();
   const bool named = !excitation.log.empty() || !excitation.log_columns.empty() || !excitation.log_time.empty();
   if (!from_log && named)
-    refuse_excitation("log", " is read for the kind \"log\" alone; add it to kinds, or remove what is about the log");
+    refuse_excitation("log", " is only used for the kind \"log\"; add \"log\" to kinds, or remove the keys of the log");
   if (!from_log) return;
   if (excitation.log.empty())
-    refuse_excitation("kinds", " has \"log\", and no log is given; name the file: log = \"inputs.csv\"");
+    refuse_excitation("kinds", " has \"log\", but no log is given; name the file: log = \"inputs.csv\"");
   if (excitation.log_columns.size() != inputs.size())
     refuse_excitation("log_columns", fmt::format(" has {} columns, but the plant has {} inputs; name one for each",
                                                  excitation.log_columns.size(), inputs.size()));
@@ -91,10 +91,9 @@ void check_use(const Experiment& e) {
                                                             : nullptr;
   if (drawn == nullptr) return;
   if (e.training.transient == Transient::kBackward)
-    throw KeyError("training.transient",
-                   fmt::format("[training] transient = \"backward\" simulates the past of a plant without inputs and "
-                               "noise, and there is {}; use \"drop\"",
-                               drawn));
+    throw KeyError("training.transient", fmt::format("[training] transient = \"backward\" needs a plant without inputs "
+                                                     "and noise, to simulate its past, but there is {}; use \"drop\"",
+                                                     drawn));
 }
 
 }  // namespace
@@ -103,16 +102,15 @@ void check_excitation(const Experiment& e) {
   check_use(e);
   const auto plant = make_plant(*e.plant);
   if (const std::size_t given = e.simulation.process_noise.size(); given > 0 && given != plant->states().size())
-    throw KeyError(
-        "simulation.process_noise",
-        fmt::format("[simulation] process_noise has {} numbers; the plant has {} states, give one for each, 0 "
-                    "where nothing disturbs it",
-                    given, plant->states().size()));
+    throw KeyError("simulation.process_noise",
+                   fmt::format("[simulation] process_noise has {} numbers; the plant has {} states: give one for each, "
+                               "and 0 for a state without noise",
+                               given, plant->states().size()));
   if (!e.excitation) return;
   const ExcitationConfig& excitation = *e.excitation;
   if (plant->nu() == 0)
     refuse_excitation("",
-                      fmt::format(" is of inputs, and the plant {} has none; name them in [plant] inputs, or remove "
+                      fmt::format(" needs inputs, but the plant {} has none; name them in [plant] inputs, or remove "
                                   "it",
                                   plant->name()));
   if (excitation.kinds.empty()) refuse_excitation("kinds", " is empty; name at least one, such as \"steps\"");

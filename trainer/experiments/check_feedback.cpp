@@ -24,7 +24,7 @@ void check_limits(const FeedbackConfig& feedback, const std::vector<codegen::Cha
   for (const auto& [key, given] :
        {std::pair{"actuator_low", &feedback.actuator_low}, std::pair{"actuator_high", &feedback.actuator_high}}) {
     if (given->empty())
-      refuse("", fmt::format(" has no {}; give what each of the {} inputs is clipped to, as its actuator does", key,
+      refuse("", fmt::format(" has no {}; give the limit of each of the {} inputs, to which its actuator clips it", key,
                              inputs.size()));
     if (given->size() != inputs.size())
       refuse(key, fmt::format(" has {} numbers, but the plant has {} inputs; give one for each", given->size(),
@@ -45,24 +45,24 @@ void check_names(const Plant& plant) {
                                   input.name));
 }
 
-/// Checks what the closed loop requires of the observer and of the training.
+/// Checks the requirements of the closed loop on the observer and on the training.
 void check_loop(const Experiment& e) {
   for (const auto* encodings : {&e.plant->state_encodings, &e.plant->output_encodings})
     if (std::find(encodings->begin(), encodings->end(), Encoding::kSincos) != encodings->end())
       refuse("",
-             " reads angles as they are, not as sine and cosine; leave state_encodings and output_encodings out of "
+             " needs angles without sine and cosine; leave state_encodings and output_encodings out of "
              "[plant]");
   if (!structure_of(e.observer).reads_inputs())
-    refuse("",
-           fmt::format(" tells the observer u, and structure \"{}\" reads none; use \"kkl\"", e.observer.structure));
+    refuse("", fmt::format(" needs an observer that reads u, but structure \"{}\" does not; use \"kkl\"",
+                           e.observer.structure));
   if (e.observer.input_hold != Hold::kZeroOrder)
     throw KeyError("observer.input_hold",
                    "[observer] input_hold = \"first_order\" needs the next u, which [feedback] only knows at the next "
                    "sample; use \"zero_order\"");
   if (e.training.transient == Transient::kBackward)
     throw KeyError("training.transient",
-                   "[training] transient = \"backward\" simulates the past of a plant without inputs, and there is "
-                   "[feedback]; use \"drop\"");
+                   "[training] transient = \"backward\" needs a plant without inputs, to simulate its past, but there "
+                   "is [feedback]; use \"drop\"");
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void check_feedback(const Experiment& e) {
   const FeedbackConfig& feedback = *e.feedback;
   const auto plant = make_plant(*e.plant);
   if (plant->nu() == 0)
-    refuse("", fmt::format(" acts by inputs, and the plant {} has none; name them in [plant] inputs, or remove it",
+    refuse("", fmt::format(" needs inputs, but the plant {} has none; name them in [plant] inputs, or remove it",
                            plant->name()));
   if (feedback.law.size() != plant->inputs().size())
     refuse(feedback.law.empty() ? "" : "law",

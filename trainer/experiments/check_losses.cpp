@@ -13,14 +13,15 @@ namespace nlo::trainer {
 
 namespace {
 
-/// Checks what a term with a weight requires of the observer and of the data.
+/// Checks the requirements of a term with a weight on the observer and on the data.
 void check_term(const LossTerm& term, const Experiment& e) {
   const std::string key = fmt::format("loss.{}", term.name);
   if (term.needs_eigenvalues && !structure_of(e.observer).has_eigenvalues())
     throw KeyError(key, fmt::format("[loss] {} needs D and T of a KKL observer, which structure = \"{}\" does not have",
                                     term.name, e.observer.structure));
   if (term.needs_equations && e.log)
-    throw KeyError(key, fmt::format("[loss] {} needs f and h; logs have no plant: remove it", term.name));
+    throw KeyError(
+        key, fmt::format("[loss] {} needs f and h of a plant, but this experiment has logs; remove it", term.name));
 }
 
 /// Checks that the box of collocation points is given and has an interval for each state of the plant.
@@ -54,7 +55,7 @@ void check_losses(const Experiment& e) {
     check_term(term, e);
     learns = learns || !term.is_regulariser();
   }
-  if (!learns) throw KeyError("loss", "[loss] every weight is zero: there is nothing to learn; leave state_error at 1");
+  if (!learns) throw KeyError("loss", "[loss] every weight is zero, so there is nothing to learn; set state_error = 1");
   if (structure_of(e.observer).flies_forward_map() && !needs_forward_map(e.loss))
     throw KeyError("observer.structure",
                    fmt::format("[observer] structure = \"{}\" needs T in flight, but no loss trains it; set [loss] "
@@ -62,12 +63,12 @@ void check_losses(const Experiment& e) {
                                e.observer.structure));
   if (uses_forward_map(e) && !e.observer.clocks_s.empty())
     throw KeyError("observer.clocks_s",
-                   "[observer] clocks_s are not functions of the state, so T cannot return them; remove them, or "
-                   "the losses of T");
+                   "[observer] clocks_s: clocks are not functions of the state, so T cannot return them; remove "
+                   "clocks_s, or the losses of T");
   if (uses_forward_map(e) && observer_channels(e).read_inputs > 0)
     throw KeyError("loss",
-                   "[loss] T is a function of the state, and the latent state of an observer that reads inputs is "
-                   "none: remove the losses of T, or the inputs");
+                   "[loss] the losses of T need a latent state that is a function of the state, but with inputs it "
+                   "also depends on them; remove the losses of T, or the inputs");
   check_collocation(e);
 }
 

@@ -26,8 +26,8 @@ void check_derivatives(const std::vector<std::string>& odd, const LogConfig& log
       if (source.name == column.derivative_of && source.derivative_of.empty() &&
           is_odd(column.name) != is_odd(source.name))
         refuse(
-            fmt::format("changes the sign of only one of {} and {}, and one is the derivative of the other; set odd = "
-                        "true or false for both",
+            fmt::format("changes the sign of only one of {} and {}, but one is the derivative of the other; set the "
+                        "same odd for both",
                         column.name, source.name));
 }
 
@@ -38,12 +38,12 @@ void check_mirror(const Experiment& e) {
   const std::vector<std::string> odd = mirrored_channels(e);
   if (odd.empty())
     refuse(
-        "= true: every channel is declared even (odd = false), so a mirror image is the run itself; set mirror = "
+        "= true: every channel is declared even (odd = false), so a mirror image equals the run; set mirror = "
         "false");
   if (e.log) return check_derivatives(odd, *e.log);
   if (const auto found = mirror_counterexample(*make_plant(*e.plant), odd, e.simulation, e.moves_inputs()))
     refuse(fmt::format("= true: the plant is not odd: {}; {}set mirror = false", *found,
-                       e.plant->even.empty() ? "name what keeps its sign in [plant] even, or " : ""));
+                       e.plant->even.empty() ? "name the channels that keep their sign in [plant] even, or " : ""));
 }
 
 }  // namespace nlo::trainer

@@ -72,7 +72,7 @@ void check_initial_states(const SimulationConfig& s, std::size_t nx) {
         Given{"initial_axes", !s.initial_axes.empty(), kind == kCircle},
         Given{"initial_states", !s.initial_states.empty(), kind == kList}})
     if (is_given && !belongs)
-      fail(key, fmt::format(" has no use for initial_distribution = \"{}\"; remove one of them", to_name(kind)));
+      fail(key, fmt::format(" has no effect with initial_distribution = \"{}\"; remove one of them", to_name(kind)));
   if (kind == kCircle) return check_circle(s, nx);
   if (kind == kList) return check_list(s, nx);
   return check_box(s, nx);
@@ -86,14 +86,15 @@ void check_plant_and_simulation(const Experiment& e) {
   check_initial_states(s, nx);
   const double samples = s.horizon_s / s.sample_period_s;
   if (!(samples >= 1.0))
-    throw KeyError("simulation.horizon_s",
-                   fmt::format("[simulation] horizon_s is {} and sample_period_s {}; the horizon must "
-                               "be the longer one",
-                               shortest_text(s.horizon_s), shortest_text(s.sample_period_s)));
+    throw KeyError(
+        "simulation.horizon_s",
+        fmt::format(
+            "[simulation] horizon_s is {} and sample_period_s is {}; the horizon must be longer than the sample period",
+            shortest_text(s.horizon_s), shortest_text(s.sample_period_s)));
   if (samples > kMostSamples || samples * s.trajectories * static_cast<double>(nx) > kMostNumbers)
     throw KeyError("simulation.horizon_s",
-                   fmt::format("[simulation] asks for {} trajectories of {:.3g} samples; that does not fit into "
-                               "memory: use a shorter horizon, a longer sample period or fewer trajectories",
+                   fmt::format("[simulation] has {} trajectories of {:.3g} samples, which do not fit into memory: use "
+                               "a shorter horizon, a longer sample period or fewer trajectories",
                                s.trajectories, samples));
   if (e.training.segment_s > s.horizon_s)
     throw KeyError("training.segment_s", fmt::format("[training] segment_s is {}; it must be at most horizon_s, {}",

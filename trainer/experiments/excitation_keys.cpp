@@ -7,7 +7,7 @@ namespace nlo::trainer {
 template <>
 const std::vector<Key<ExcitationConfig>>& keys() {
   using X = ExcitationConfig;
-  // Records of older experiments do not have these keys.
+  // These keys are omitted from records of experiments that do not use them, so old records stay the same.
   const auto of_logs = [](Key<X> key) {
     key.only_when_given = true;
     return key;

@@ -83,7 +83,7 @@ void check_known_plant(const Experiment& experiment) {
   if (alone.simulation.share > 0.0) rows_of(schema.input_channels, plant->inputs(), "input");
 }
 
-// With share = 0 the plant's equations are only used where they are asked for, as in a prior.
+// With share = 0 only parts such as a prior use the plant's equations.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs) {
   if (!experiment.known || experiment.known->simulation.share == 0.0) return;
   Experiment alone = on_known_plant(experiment);

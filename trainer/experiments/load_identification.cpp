@@ -93,7 +93,9 @@ void check(const Identification& i) {
     throw KeyError("log", "[log] has no train_files; list the logs to identify on: train_files = [\"run1.csv\"]");
   const LogSchema schema = resolve_columns(i.log);
   if (!schema.angle_pairs.empty())
-    throw KeyError("log", "[[log.columns]] encoding = \"sincos\" has no place here; an angle of a plant is one state");
+    throw KeyError("log",
+                   "[[log.columns]] encoding = \"sincos\" cannot be used here, because an angle of a plant is one "
+                   "state; remove it");
   check_names(i, plant, schema);
   check_values(i, plant);
 }
@@ -120,9 +122,11 @@ Identification parse_identification(std::string_view text, const std::string& fi
   try {
     for (const char* key : {"state_wraps", "output_wraps", "state_encodings", "output_encodings", "estimated", "even"})
       if (const std::string path = std::string("plant.") + key; places.has(path))
-        throw KeyError(path, fmt::format("[plant] {} has no use here; [[log.columns]] say what is measured, estimated "
-                                         "and an angle: remove it",
-                                         key));
+        throw KeyError(
+            path,
+            fmt::format(
+                "[plant] {} has no effect here, because [[log.columns]] defines outputs, states and angles: remove it",
+                key));
     check(result);
   } catch (const KeyError& error) {
     throw codegen::Error(fmt::format("{}: {}", places.of(error.key()), error.what()));

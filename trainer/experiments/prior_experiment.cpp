@@ -58,8 +58,7 @@ class Columns {
     for (const std::string& state : plant_.states) add_state(state);
     if (!without_.empty())
       no_prior(
-          fmt::format("no column of the logs holds the state{} {}: a prior is trained on logs with all states of "
-                      "the plant",
+          fmt::format("the logs have no column for the state{} {}, but a prior needs logs with all states of the plant",
                       without_.size() > 1 ? "s" : "", fmt::join(without_, ", ")));
     // A velocity may be computed from a column that is not a channel here.
     for (const ColumnConfig& column : log_.columns)

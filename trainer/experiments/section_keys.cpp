@@ -201,7 +201,8 @@ const std::vector<Key<LogConfig>>& keys() {
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
-      key("validation_files", &L::validation_files, any(), "the same, for the errors that are shown during training"),
+      key("validation_files", &L::validation_files, any(),
+          "the same, for validation: errors during training and the choice of the model"),
       key("test_files", &L::test_files, any(), "the same, for the report; training never uses them"),
   };
   return kKeys;
@@ -235,11 +236,11 @@ const std::vector<Key<ColumnConfig>>& keys() {
               "period of an output that is slower than the rows [s]: between its samples its last value is held, "
               "and the status in flight is kOk")),
       key("odd", &C::odd, any(),
-          "true: the mirror image changes its sign; false (a temperature, a forward speed): it does not"),
+          "true: the column changes its sign in the mirror image; false (a temperature, a forward speed): it does not"),
       only_when_given<C>(
           {"delay_s", "number >= 0, or \"estimate\"",
-           "delay of an input: the plant gets it this much later than the column says [s]; estimate: found in the "
-           "training logs",
+           "delay of an input [s]: it acts on the plant this much later than logged; estimate: found in the training "
+           "logs",
            [](C& c, const Toml& value, const std::string& where) { read_delay(value, where, c.delay_s, c.find_delay); },
            [](const C& c) { return c.find_delay ? show_value(std::string("estimate")) : show_value(c.delay_s); }}),
   };
@@ -286,8 +287,8 @@ const std::vector<Key<InverseMapConfig>>& keys() {
                           "whichever is best on validation data; settled: the same, by the error after the transient; "
                           "network: T* as trained")),
       only_when_given(key("fallback", &I::fallback, any(),
-                          "true: a state falls back to a linear row where T* is far from it, if errors on left-out "
-                          "logs are at least 5 % smaller with it; false: never")),
+                          "true: where T* is far from a linear row, a state falls back to the row, if this lowers the "
+                          "errors on left-out logs by at least 5 %; false: never")),
   };
   return kKeys;
 }
@@ -407,13 +408,11 @@ const std::vector<Key<ValidationConfig>>& keys() {
   using V = ValidationConfig;
   static const std::vector<Key<V>> kKeys = {
       key("groups", &V::groups, any(),
-          "regular expression; logs in whose names it finds the same text are left out together; empty: each log is "
-          "left "
+          "regular expression: logs with the same match in their names are left out together; empty: each log is left "
           "out alone"),
       key("folds", &V::folds, between(0, 50),
-          "number of trainings that leave out some of the training logs, with half of the steps each; their errors on "
-          "the "
-          "left-out logs choose the readout of each state; 0: none"),
+          "number of trainings that leave out some of the training logs, each with half of the steps; their errors on "
+          "the left-out logs select the readout of each state; 0: no such trainings"),
   };
   return kKeys;
 }

@@ -50,7 +50,7 @@ std::vector<double> constant_rmse(const Dataset& logs) {
   return rmse_of(logs, estimates);
 }
 
-/// The logs for tuning and tests, started at each of from_s.
+/// The logs for tuning and for the test, each started at every time of from_s.
 struct Logs {
   Dataset training, tuning, judged;
 };
@@ -85,7 +85,7 @@ class Study {
         std::vector<double> result;
         for (const auto& each : estimates) result.push_back(relative(rmse_of(logs_.tuning, each)));
         evaluations_ += static_cast<int>(points.size());
-        // About two sweeps for each step, both ways. The half of the bar for the EKF comes first.
+        // About two sweeps for each step size, in both directions. The EKF fills the first half of the progress bar.
         const double sweeps = extended ? 6.0 : 4.0, expected = sweeps * 2.0 * static_cast<double>(tuning.size());
         say(0.45 * (extended ? 0.0 : 1.0) + 0.45 * std::min(1.0, evaluations_ / expected),
             fmt::format("tuning the {}: {} tried", name, evaluations_));

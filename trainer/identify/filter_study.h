@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Tunes filters that know the identified plant on logs with truth. Compares their errors on test logs with those of
-// estimators without a plant. A user could take one of them instead of a learned observer.
+// estimators without a plant. A user could use one of these estimators instead of a learned observer.
 #pragma once
 
 #include <Eigen/Core>

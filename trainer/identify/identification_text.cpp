@@ -26,23 +26,22 @@ std::string notes_of(const IdentificationResult& result) {
     if (p.unidentified && !p.at_bound) unidentified += (unidentified.empty() ? "" : ", ") + p.name;
   if (!unidentified.empty())
     notes += fmt::format(
-        "- {}: the logs do not determine {} (the condition number is {}): fix one of them by [identify] "
-        "fixed, or combine them\n",
+        "- {}: the logs do not determine {} (the condition number is {}): fix one parameter by [identify] fixed, or "
+        "combine parameters\n",
         unidentified, unidentified.find(',') == std::string::npos ? "it" : "them separately",
         significant(result.condition, 2));
   constexpr double kFar = 10.0;
   if (result.residual_deviation > kFar)
     notes += fmt::format(
-        "- residuals are {} times [identify] noise: the search may be stuck, or the model is another plant's. Try "
-        "shorter "
-        "segments (segment_s) and other starting values\n",
+        "- residuals are {} times [identify] noise: the search may be stuck, or the model does not describe the plant. "
+        "Try shorter segments (segment_s) and other starting values\n",
         significant(result.residual_deviation, 2));
   constexpr double kCorrelated = 0.5;
   for (const FittedError& error : result.training)
     if (error.correlation > kCorrelated)
       notes += fmt::format(
-          "- residuals of {} are correlated from sample to sample ({}): the model is not quite the rig's. "
-          "Trust the standard errors by segments, which allow for that\n",
+          "- residuals of {} are correlated from sample to sample ({}): the model differs from the rig. Use the "
+          "standard errors by segments, which account for this\n",
           error.name, significant(error.correlation, 2));
   return notes.empty() ? "" : "\n" + notes;
 }

@@ -37,7 +37,7 @@ MatrixXd rows_of(const MatrixXd& all, const std::vector<Index>& rows) {
 double noise_of(const Identification& identification, const std::string& output) {
   for (const auto& [name, deviation] : identification.identify.noise)
     if (name == output) return deviation;
-  return 1.0;  // not reached: every output has one
+  return 1.0;  // not reached, because every output has a noise
 }
 
 }  // namespace
@@ -65,7 +65,8 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
     state_rows_.push_back(row);
   }
   if (hidden_.empty()) return;
-  constexpr double kAround = 16.0, kMost = 64.0;  // starts around one angle; most starts, at least two for each angle
+  // Starts around one angle; largest number of starts (at least two for each angle).
+  constexpr double kAround = 16.0, kMost = 64.0;
   const double each = std::floor(std::pow(kMost, 1.0 / static_cast<double>(hidden_.size())));
   around_ = static_cast<Index>(std::clamp(each, 2.0, kAround));
 }
@@ -121,7 +122,7 @@ FilterKnowledge IdentifiedFilter::knowledge(const VectorXd& tuning) const {
   known.output_deviation.resize(ny);
   for (double& deviation : known.output_deviation) deviation = std::pow(10.0, tuning[next++]);
   VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
-  for (const HiddenAngle& angle : hidden_)  // for any other tuning: half of the distance between two starts
+  for (const HiddenAngle& angle : hidden_)  // initial deviation of each filter: half of the distance between two starts
     deviation[angle.state] = 0.5 * angle.wrap / static_cast<double>(around_);
   known.initial_covariance = deviation.cwiseAbs2().asDiagonal();
   return known;
@@ -137,7 +138,7 @@ std::string IdentifiedFilter::describe(const VectorXd& tuning) const {
   for (const HiddenAngle& angle : hidden_)
     text += fmt::format(", {} starts around {}", around_,
                         identification_.plant.states[static_cast<std::size_t>(angle.state)]);
-  return text + (hidden_.empty() ? "" : ": a filter from each, weighed by its innovations");
+  return text + (hidden_.empty() ? "" : ": one filter from each, weighted by its innovations");
 }
 
 MatrixXd IdentifiedFilter::starts(const Trajectory& run) const {

@@ -141,10 +141,11 @@ IdentificationResult identify(const Identification& identification, const Datase
                                      problem.counted(), space.size()));
   {
     const VectorXd at_start = problem.residuals(VectorXd::Zero(space.size()));
-    constexpr double kHopeless = 1e5;  // deviations; beyond it the simulation has diverged
+    constexpr double kHopeless = 1e5;  // [deviations]; larger residuals mean that the simulation has diverged
     if (!(at_start.cwiseAbs().maxCoeff() < kHopeless))
       throw codegen::Error(
-          "[plant] parameters: the simulation diverges from the start values; give better ones, use shorter segments "
+          "[plant] parameters: the simulation with the start values diverges; give better start values, use shorter "
+          "segments "
           "([identify] segment_s) or a shorter longest_step_s");
   }
   const Solution solution = search(problem, identification.identify.iterations, stop, progress);

@@ -26,8 +26,8 @@ struct ParameterEstimate {
   /// 1986.
   double clustered_error = 0.0;
   bool fixed = false, at_bound = false;
-  bool unidentified = false;  ///< the data do not determine it: it is part of a direction without effect on the
-                              ///< residuals
+  /// True if the data do not determine the parameter: it belongs to a direction that does not affect the residuals.
+  bool unidentified = false;
 };
 
 struct FittedError {

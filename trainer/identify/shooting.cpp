@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double kStep = 1e-7;    // relative step of forward differences, a compromise between rounding and curvature
-constexpr double kFarAway = 1e6;  // replaces a residual that is NaN, in deviations
+constexpr double kFarAway = 1e6;  // replaces a residual that is NaN [deviations]
 constexpr int kMostIterations = 20, kMostHalvings = 8;
 
 Index row_of(const std::vector<Channel>& channels, const std::string& name) {
@@ -86,7 +86,7 @@ class ShootingProblem::Worker {
     VectorXd x0, r;
   };
 
-  /// Fits by Gauss and Newton's method with halved steps, from s.start.
+  /// Fits the initial state by the method of Gauss and Newton with step halving, starting at s.start.
   Fitted fit(const Segment& s, const VectorXd& p) {
     Fitted best{s.start, residuals(s, p, s.start)};
     for (int i = 0; i < kMostIterations; ++i) {
@@ -176,7 +176,7 @@ VectorXd ShootingProblem::guess_of(const Trajectory& run, Index sample) const {
   for (std::size_t i = 0; i < guesses_.size(); ++i) {
     const auto& [logged, row] = guesses_[i];
     if (row < 0) continue;
-    // Masked truth is close enough for a start value.
+    // Masked truth is accurate enough for a start value.
     const double value = (logged ? run.states : run.outputs)(row, sample);
     if (std::isfinite(value)) guess[static_cast<Index>(i)] = value;
   }

@@ -4,8 +4,9 @@
 // varies only the parameters.
 //   r_s(p) = min over x0 of [ (y_k - h(x_k)) / sigma, k in s;  (x0 - guess) / deviation ]
 //   dr_s/dp = (I - Q Q') J_p,  Q R = J_x0                       Kaufman's form of Golub and Pereyra's derivative
-//   Golub, Pereyra: Separable nonlinear least squares, Inverse Problems 19 (2003); Bock's multiple shooting without
-//   matching conditions: segments need not join, their guesses come from the logs.
+//   Golub, Pereyra: Separable nonlinear least squares, Inverse Problems 19 (2003)
+// This is Bock's multiple shooting without matching conditions: the end of a segment need not equal the start of the
+// next one. The guesses come from the logs.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +22,7 @@
 
 namespace nlo::trainer {
 
-/// A logged channel that a simulation is compared with.
+/// A logged channel with which a simulation is compared.
 struct FittedChannel {
   std::string name, unit;
   bool state = false;  ///< true: a logged state; false: an output
@@ -53,7 +54,7 @@ class ShootingProblem {
   /// measurements|^2.
   double told_states() const;
 
-  /// Returns the sum of squares of the rows that count.
+  /// Returns the sum of squares of the residuals that counted() counts.
   double squares(const Eigen::VectorXd& residuals) const;
 
   /// Returns r at theta. NaN and infinity become a large number, so that a search turns back.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plants as expressions, the built-in ones too, for code that differentiates, extends, counts or exports f.
+// Returns plants as expressions, also the built-in ones, for code that differentiates, extends, counts or exports f.
 #pragma once
 
 #include "trainer/config/experiment.h"

@@ -26,7 +26,8 @@ class TimeFunction {
     const double value = parser_.Eval();
     if (!std::isfinite(value))
       throw codegen::Error(fmt::format(
-          "{} \"{}\" is not a finite number at t = {:.6g} s; write one that is at all times", where_, text_, time_s));
+          "{} \"{}\" is not a finite number at t = {:.6g} s; write an expression that is finite at all times", where_,
+          text_, time_s));
     return value;
   }
 

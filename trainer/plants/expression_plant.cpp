@@ -21,10 +21,11 @@ std::vector<codegen::Channel> named_channels(const std::vector<std::string>& nam
     throw KeyError("plant", fmt::format("[plant] has {} {} but {} units; give one unit for each", names.size(), what,
                                         units.size()));
   if (!wraps.empty() && wraps.size() != names.size())
-    throw KeyError(fmt::format("plant.{}_wraps", key),
-                   fmt::format("[plant] {}_wraps has {} entries, but there are {} {}; give one for each, 0 where "
-                               "there is no angle",
-                               key, wraps.size(), names.size(), what));
+    throw KeyError(
+        fmt::format("plant.{}_wraps", key),
+        fmt::format(
+            "[plant] {}_wraps has {} entries, but there are {} {}; give one for each, and 0 if it is not an angle", key,
+            wraps.size(), names.size(), what));
   std::vector<codegen::Channel> result;
   for (std::size_t i = 0; i < names.size(); ++i)
     result.push_back({names[i], units.empty() ? "" : units[i], wraps.empty() ? 0.0 : wraps[i]});
@@ -33,7 +34,7 @@ std::vector<codegen::Channel> named_channels(const std::vector<std::string>& nam
 
 void check_counts(const PlantConfig& config) {
   if (config.states.empty())
-    throw KeyError("plant", "[plant] names neither a model nor states; give `model`, or states, derivative, outputs");
+    throw KeyError("plant", "[plant] has neither a model nor states; give `model`, or states, derivative and outputs");
   if (config.derivative.size() != config.states.size())
     throw KeyError("plant", fmt::format("[plant] has {} states but {} derivative expressions; give one for each",
                                         config.states.size(), config.derivative.size()));
@@ -53,8 +54,8 @@ void check_counts(const PlantConfig& config) {
   for (std::size_t i = 0; i < config.input_field.size(); ++i)
     if (config.input_field[i].size() != config.inputs.size())
       throw KeyError("plant.input_field",
-                     fmt::format("[plant] input_field[{}] has {} expressions, but there are {} inputs; give one "
-                                 "for each, \"0\" where an input does not act",
+                     fmt::format("[plant] input_field[{}] has {} expressions, but there are {} inputs; give one for "
+                                 "each, and \"0\" for an input without effect",
                                  i, config.input_field[i].size(), config.inputs.size()));
 }
 
@@ -147,7 +148,7 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
   }
   const bool names_inputs = !config.inputs.empty() && config.input_field.empty();
   const std::string elsewhere =
-      config.input_field.empty() ? "" : "; inputs have their place in input_field, or remove it and name them here";
+      config.input_field.empty() ? "" : "; write inputs in input_field, or remove input_field and name the inputs here";
   derivative_ =
       std::make_unique<Formulas>(config, names_inputs ? config.inputs : std::vector<std::string>(), elsewhere);
   for (std::size_t i = 0; i < config.derivative.size(); ++i)

@@ -18,7 +18,7 @@ namespace {
 [[noreturn]] void fail(const Plant& plant, const Eigen::VectorXd& initial, double t, std::string_view what) {
   throw codegen::Error(
       fmt::format("plant {}: backwards from x(0) = ({}) the trajectory {} at t = {:.6g} s, so transient = \"backward\" "
-                  "has no past to start from; use \"drop\", or a smaller initial box",
+                  "cannot simulate the past; use \"drop\", or a smaller initial box",
                   plant.name(), fmt::join(initial, ", "), what, t));
 }
 
@@ -29,7 +29,7 @@ Eigen::VectorXd ranges(const Dataset& dataset, Eigen::Index nx) {
   return range;
 }
 
-/// Puts `past` (samples at t = -n h ... -h) before the samples of `run`.
+/// Inserts `past` (samples at t = -n h ... -h) before the samples of `run`.
 void prepend(const Eigen::MatrixXd& past_states, const Eigen::MatrixXd& past_outputs, double h, Trajectory& run) {
   const Eigen::Index n = past_states.cols(), samples = n + run.samples();
   const auto joined = [&](const Eigen::MatrixXd& past, const Eigen::MatrixXd& rest) {
@@ -64,7 +64,7 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     const Eigen::MatrixXd y = plant.output(x);
     const double t = static_cast<double>(k - n) * h;
     for (const Eigen::Index escaped : {first_escaped(x), first_escaped(y)})
-      if (escaped >= 0) fail(plant, initial.col(escaped), t, "is not finite or beyond 1e9");
+      if (escaped >= 0) fail(plant, initial.col(escaped), t, "is not finite or exceeds 1e9");
     for (Eigen::Index i = 0; i < count; ++i) {
       states[static_cast<std::size_t>(i)].col(k) = x.col(i);
       outputs[static_cast<std::size_t>(i)].col(k) = y.col(i);
@@ -76,7 +76,7 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
   const Eigen::VectorXd most = std::exp(factor) * ranges(dataset, plant.nx());
   for (Eigen::Index i = 0; i < count; ++i)
     if ((x.col(i).array().abs() > most.array()).any())
-      fail(plant, initial.col(i), -static_cast<double>(n) * h, "has grown faster than the filter forgets");
+      fail(plant, initial.col(i), -static_cast<double>(n) * h, "grows faster than the filter forgets");
   for (std::size_t i = 0; i < states.size(); ++i) prepend(states[i], outputs[i], h, dataset.trajectories[i]);
   unwrap_outputs(dataset);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Linear plant dx/dt = A x + B u, y = C x, for which tests know the right answer: its KKL map T solves a Sylvester
-// equation, and its trajectories are a matrix exponential.
+// Linear plant dx/dt = A x + B u, y = C x. Tests use it because its exact results are known: its KKL map T solves a
+// Sylvester equation, and its trajectories follow from a matrix exponential.
 #pragma once
 
 #include "trainer/plants/plant.h"

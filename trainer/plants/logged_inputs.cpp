@@ -31,7 +31,7 @@ LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const Simula
   if (std::ranges::find(excitation.kinds, InputSignal::kLog) == excitation.kinds.end()) return {};
   const CsvTable table = CsvTable::read(excitation.log);
   if (table.rows() < 2)
-    throw codegen::Error(fmt::format("{}: a log of inputs needs two rows at least", excitation.log));
+    throw codegen::Error(fmt::format("{}: a log of inputs needs at least two rows", excitation.log));
   LoggedInputs log;
   if (excitation.log_time.empty()) {
     log.time_s = Eigen::VectorXd::LinSpaced(table.rows(), 0.0, static_cast<double>(table.rows() - 1)) *
@@ -47,7 +47,7 @@ LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const Simula
                                          excitation.log, table.line(row), excitation.log_time));
       if (!(step_s <= longest_s))
         throw codegen::Error(
-            fmt::format("{}:{}: {} is {} s after the row before, and at most {} s ({:g} sample periods) are allowed; "
+            fmt::format("{}:{}: {} is {} s after the row before, but at most {} s ({:g} sample periods) are allowed; "
                         "remove the row",
                         excitation.log, table.line(row), excitation.log_time, shortest_text(step_s),
                         shortest_text(longest_s), kMostPeriods));
@@ -59,7 +59,7 @@ LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const Simula
     for (Eigen::Index row = 0; row < table.rows(); ++row)
       if (!(column(row) >= excitation.low[j] && column(row) <= excitation.high[j]))
         throw codegen::Error(
-            fmt::format("{}:{}: {} is {}, and [excitation] lets this input go from {} to {}; widen low and high",
+            fmt::format("{}:{}: {} is {}, but [excitation] limits this input to {} to {}; widen low and high",
                         excitation.log, table.line(row), excitation.log_columns[j], shortest_text(column(row)),
                         shortest_text(excitation.low[j]), shortest_text(excitation.high[j])));
     log.values.row(static_cast<Eigen::Index>(j)) = column.transpose();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Recorded inputs for the kind "log" of [excitation]. Each run uses a part of the log from a random time on, the same
-// time for all of its inputs, because they belong together. A run longer than the log continues at the beginning of the
-// log. Values at the samples of the run lie on the straight line between rows; between samples they are held like all
-// drawn inputs (simulate_runs.h).
+// Recorded inputs for the kind "log" of [excitation]. Each run uses a part of the log that starts at a random time,
+// which is the same for all inputs of the run. A run longer than the log continues at the beginning of the log. Values
+// at the samples of the run lie on the straight line between rows; between samples they are held like all drawn inputs
+// (simulate_runs.h).
 #pragma once
 
 #include <Eigen/Core>

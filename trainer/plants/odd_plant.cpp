@@ -19,7 +19,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr Index kStates = 64;
-constexpr double kCancelled = 1e-9;  // relative to the largest value over all states, for sums of terms that cancel
+// Tolerance relative to the largest value over all states, because terms of a sum may cancel.
+constexpr double kCancelled = 1e-9;
 
 /// A state and its mirror image.
 struct Points {
@@ -38,8 +39,8 @@ MatrixXd drawn_box(std::size_t rows, std::uint64_t seed) {
   return draw_initial_states(box, seed, kStates);
 }
 
-/// Returns points around the initial states, up to twice as far out, because the initial states may be one point. The
-/// seed does not matter: an equation that does not hold shows it almost everywhere. Inputs of any size show it.
+/// Returns points around the initial states, up to twice as far from their centre; there may be only one initial state.
+/// Any seed and any size of the inputs will do, because an equation that is not odd differs almost everywhere.
 Points points_about(const SimulationConfig& simulation, const Plant& plant, bool driven) {
   const std::uint64_t seed = initial_state_seed(1, SeedStream::kCollocation);
   MatrixXd x = draw_initial_states(simulation, seed, kStates);
@@ -70,10 +71,11 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
     if (turn > 0.0) apart -= turn * (apart / turn).array().round().matrix();
     Index worst = 0;
     const double off = apart.cwiseAbs().maxCoeff(&worst);
-    if (!std::isfinite(scale) || off <= kCancelled * scale) continue;  // outside of the domain of f there is no result
-    return fmt::format("at {} {} of {} is {:.4g}, and at the image {} it is {:.4g} where an odd plant has {:.4g}",
-                       points.text(worst), what, channels[static_cast<std::size_t>(i)].name, value(i, worst),
-                       images.text(worst), found(i, worst), wanted(i, worst));
+    if (!std::isfinite(scale) || off <= kCancelled * scale) continue;  // skips points outside of the domain of f
+    return fmt::format(
+        "at {} {} of {} is {:.4g}, and at the mirror image {} it is {:.4g}, but an odd plant would have {:.4g}",
+        points.text(worst), what, channels[static_cast<std::size_t>(i)].name, value(i, worst), images.text(worst),
+        found(i, worst), wanted(i, worst));
   }
   return std::nullopt;
 }

@@ -20,8 +20,8 @@ namespace {
 
 void check(const PlantConfig& config) {
   if (!config.model.empty())
-    fail("model", fmt::format("model = \"{}\" is built in; write the plant to identify as expressions: states, "
-                              "derivative, outputs, parameters",
+    fail("model", fmt::format("model = \"{}\" is built in, but identification needs expressions: write states, "
+                              "derivative, outputs and parameters",
                               config.model));
   if (config.states.empty()) fail("", "has no states; name them: states = [\"x1\", \"x2\"]");
   if (config.derivative.size() != config.states.size())
@@ -29,8 +29,9 @@ void check(const PlantConfig& config) {
                                    config.states.size(), config.derivative.size()));
   if (config.outputs.empty()) fail("", "has no outputs; give an expression for each measured column");
   if (config.output_names.size() != config.outputs.size())
-    fail("output_names", fmt::format("has {} outputs but {} output_names; name the column of the logs that each is",
-                                     config.outputs.size(), config.output_names.size()));
+    fail("output_names",
+         fmt::format("has {} outputs but {} output_names; give one name for each: the name of its column in the logs",
+                     config.outputs.size(), config.output_names.size()));
   if (!config.input_field.empty())
     fail("input_field", "input_field is not needed here; name the inputs in derivative and outputs");
   if (config.parameters.empty())

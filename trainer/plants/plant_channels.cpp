@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Returns for each channel whether it is given as sine and cosine.
+/// Returns true for each channel that is given as sine and cosine.
 std::vector<bool> sincos_of(const std::vector<Encoding>& encodings, const std::vector<Channel>& channels,
                             std::string_view key, std::string_view what) {
   std::vector<bool> sincos(channels.size(), false);
@@ -26,11 +26,10 @@ std::vector<bool> sincos_of(const std::vector<Encoding>& encodings, const std::v
   for (std::size_t i = 0; i < channels.size(); ++i) {
     sincos[i] = encodings[i] == Encoding::kSincos;
     if (sincos[i] && channels[i].wrap == 0.0)
-      throw KeyError(
-          fmt::format("plant.{}_encodings", key),
-          fmt::format("[plant] {0}_encodings[{1}] is \"sincos\", but {2} is not an angle; give its full turn, "
-                      "{0}_wraps, or \"unwrap\"",
-                      key, i, channels[i].name));
+      throw KeyError(fmt::format("plant.{}_encodings", key),
+                     fmt::format("[plant] {0}_encodings[{1}] is \"sincos\", but {2} is not an angle; give its full "
+                                 "turn in {0}_wraps, or write \"unwrap\"",
+                                 key, i, channels[i].name));
   }
   return sincos;
 }

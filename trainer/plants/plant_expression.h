@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One expression of a user in muParser's language: + - * / ^, sin cos tan asin acos atan atan2 sinh cosh tanh exp ln
 // log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. Plants by equations and excitations use it. A part
-// of the language also flies (codegen/model/expression.h), with the same meaning.
+// of the language is also exported (codegen/model/expression.h), with the same meaning.
 #pragma once
 
 #include <muParser.h>
@@ -21,8 +21,9 @@ struct ExpressionNames {
 };
 
 /// Makes `parser` evaluate `text`.
-///   where   stands before the text in messages: "[plant] outputs[0]"
-///   values  one for each variable, read again by each evaluation; they must outlive the parser at this address
+///   where   place of the text for messages: "[plant] outputs[0]"
+///   values  one value for each variable. Each evaluation reads them, so they must stay at this address as long as the
+///           parser exists
 /// Throws codegen::Error: WHERE "TEXT": reason and position.
 void compile_expression(mu::Parser& parser, const std::string& text, const std::string& where,
                         const ExpressionNames& names, double* values);

@@ -87,11 +87,11 @@ void refuse_curved_inputs(const Plant& plant, const Eigen::MatrixXd& points) {
   Eigen::Index row = 0, column = 0;
   const double most = (exact - affine).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(&row, &column);
   if (most <= kRounding * std::max(1.0, exact.cwiseAbs().maxCoeff())) return;
-  throw codegen::Error(fmt::format(
-      "plant {}: f(x, u) is not affine in its inputs: at x = ({}), u = ({}) it is {:.3g} off f(x) + g(x) u; a driven "
-      "observer carries g(x) = W x + b: define as input the quantity that acts linearly (v = u^2), or choose another "
-      "structure",
-      plant.name(), fmt::join(points.col(column), ", "), fmt::join(u.col(column), ", "), most));
+  throw codegen::Error(
+      fmt::format("plant {}: f(x, u) is not affine in its inputs: at x = ({}), u = ({}) it differs from f(x) + g(x) u "
+                  "by {:.3g}, but a driven observer needs g(x) = W x + b; define as input the quantity that acts "
+                  "linearly (v = u^2), or choose another structure",
+                  plant.name(), fmt::join(points.col(column), ", "), fmt::join(u.col(column), ", "), most));
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
   if (plant.nu() == 0) throw codegen::Error(fmt::format("plant {} has no input, so no input field", plant.name()));
   const Eigen::Index nx = plant.nx();
   const Eigen::VectorXd centre = 0.5 * (low + high);
-  // A state that starts at one value still moves during a run, so W needs its slope, too.
+  // A state with a single initial value also moves during a run, so W needs its slope too.
   const Eigen::Array<bool, Eigen::Dynamic, 1> wide = high.array() > low.array();
   const Eigen::VectorXd half_width = wide.select(0.5 * (high - low), 1.0);
   const Eigen::MatrixXd offsets = half_width.asDiagonal();
@@ -125,8 +125,7 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
     if (most <= kRounding * std::max(1.0, g.cwiseAbs().maxCoeff())) continue;
     throw codegen::Error(fmt::format(
         "plant {}: the field of input {} is not affine in the state: at x = ({}) it differs from the affine fit by "
-        "{:.3g}; a "
-        "driven observer carries g(x) = W x + b, so use a smaller box, or states in which g is affine",
+        "{:.3g}, but a driven observer needs g(x) = W x + b; use a smaller box, or states in which g is affine",
         plant.name(), plant.inputs()[static_cast<std::size_t>(j)].name, fmt::join(points.col(column), ", "), most));
   }
   return field;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tests whether a plant given by expressions is linear: f and h at unit vectors are the columns of A and C, and at
-// random points f(x) - A x and h(x) - C x must be zero up to rounding. Also fits the input field of a plant as numbers,
-// which the driven observer (25) contains. It holds for an affine g, g(x) u = reshape(W x + b) u: a constant B, and
+// random points f(x) - A x and h(x) - C x must be zero up to rounding. Also fits the input field of a plant as numbers
+// for the driven observer (25). The field must be affine, g(x) u = reshape(W x + b) u, as with a constant B or in
 // bilinear plants.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace nlo::trainer {
 
 struct Linearity {
   std::unique_ptr<LinearPlant> plant;  ///< dx/dt = A x, y = C x; null if f or h is not linear
-  bool affine = false;  ///< linear except for constants f(0) or h(0), which are not zero: `plant` is null
+  bool affine = false;                 ///< true: linear except for nonzero constants f(0) or h(0); then `plant` is null
 };
 
 /// Ignores inputs: f is the derivative without them.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compiled with -ffp-contract=off (CMakeLists.txt): a fused multiplication would round otherwise.
+// Compiled with -ffp-contract=off (CMakeLists.txt): a fused multiplication would round differently.
 #include "trainer/plants/run_random.h"
 
 #include <algorithm>

@@ -13,11 +13,12 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kLeaves = 10.0;  // half widths of the box
+constexpr double kLeaves = 10.0;  // a state leaves the box beyond this many half widths
 // A drift doubles from half of the horizon to its end; a state that settles or oscillates does not.
 constexpr double kGrowth = 1.8;
-constexpr double kRunaway = 5.0;  // growth of a state that starts at one point; a constant force from rest gives 4
-constexpr double kOutside = 3.0;  // half widths; a state that grows within its box is slow, not unbounded
+// Smallest growth that is reported for a state that starts at one point; a constant force from rest gives 4.
+constexpr double kRunaway = 5.0;
+constexpr double kOutside = 3.0;  // [half widths]; a state that grows below this is slow, not unbounded
 
 /// Statistics of one state over all runs, relative to the centre of the box.
 struct Range {
@@ -26,7 +27,7 @@ struct Range {
   const std::string* run = nullptr;
   double first_half = 0.0, last_quarter = 0.0;  ///< largest |x - centre| in these parts of the horizon
   double leaves_s = 0.0;                        ///< first time beyond ten half widths
-  std::size_t leaving = 0;                      ///< number of runs that go beyond
+  std::size_t leaving = 0;                      ///< number of runs that leave the box
 };
 
 Range range_of(const Dataset& runs, Eigen::Index state, double centre, double half_width) {
@@ -75,29 +76,29 @@ std::string of_a_count(const Experiment& experiment, const std::string& state) {
   const ObserverConfig& o = experiment.observer;
   if (o.features == FeatureSet::kLatentMinusOutput && o.output_injection == Injection::kUnitGain)
     return fmt::format(
-        "Nothing of the plant depends on it, and its output is relative (features = \"latent_minus_output\"): in "
-        "flight "
-        "it may count without end. If {} is an angle, [plant] state_wraps and output_wraps say so",
+        "Nothing else in the plant depends on it, and its output is relative (features = \"latent_minus_output\"), so "
+        "it may count without end in flight. If {} is an angle, give its full turn in [plant] state_wraps and "
+        "output_wraps",
         state);
   return fmt::format(
-      "Nothing of the plant depends on it. If {} is an angle, give its full turn by [plant] state_wraps and "
+      "Nothing else in the plant depends on it. If {} is an angle, give its full turn in [plant] state_wraps and "
       "output_wraps. If it counts without end, set [observer] features = \"latent_minus_output\" and output_injection "
-      "= \"unit_gain\", which make its output relative; otherwise it is clamped in flight to the range of training",
+      "= \"unit_gain\", which make its output relative; otherwise flight clamps it to the range of training",
       state);
 }
 
 std::string what_helps(const Experiment& experiment, const Dataset& runs, const std::string& state) {
   if (is_count(*experiment.plant, state)) return of_a_count(experiment, state);
   const std::string meant =
-      "An observer learns all of this range, and its error is a share of it; where the plant is not meant to go "
-      "there, ";
+      "An observer learns this whole range, and its error is proportional to the range. If the plant is not meant to "
+      "go there, ";
   const std::string horizon =
       fmt::format("a shorter [simulation] horizon_s (now {})", shortest_text(experiment.simulation.horizon_s));
   if (experiment.feedback)
-    return meant + "its [feedback] does not hold it: change the law or the actuators' limits, or use " + horizon;
+    return meant + "its [feedback] does not stabilise it: change the law or the actuators' limits, or use " + horizon;
   if (!runs.inputs.empty() || !experiment.plant->inputs.empty())
-    return meant + "close the loop that holds it by [feedback], or use " + horizon;
-  return meant + "take " + horizon;
+    return meant + "add a stabilising [feedback], or use " + horizon;
+  return meant + "use " + horizon;
 }
 
 }  // namespace
@@ -116,13 +117,13 @@ std::vector<std::string> range_warnings(const Dataset& runs, const Experiment& e
     if (range.leaving == 0 && !grows) continue;
     const std::string unit = state.unit.empty() ? "" : " " + state.unit;
     const std::string starts =
-        fmt::format("starts within {} and {}{}", shortest_text(box.low(row)), shortest_text(box.high(row)), unit);
+        fmt::format("starts between {} and {}{}", shortest_text(box.low(row)), shortest_text(box.high(row)), unit);
     const std::string far =
         fmt::format("{:.3g}{} at t = {:.3g} s of {}", range.value, unit, range.farthest_s, *range.run);
     warnings.push_back(
         range.leaving > 0
-            ? fmt::format("{} {}, and {} of {} runs leave that box by more than ten times, the first at t = {:.3g} s; "
-                          "farthest {}{}. {}",
+            ? fmt::format("{} {}, but {} of {} runs go beyond ten half widths of that box, the first at t = {:.3g} s; "
+                          "the farthest value is {}{}. {}",
                           state.name, starts, range.leaving, runs.trajectories.size(), range.leaves_s, far,
                           grows ? ", still growing" : "", what_helps(experiment, runs, state.name))
             : fmt::format(

@@ -24,11 +24,10 @@ void refuse_escape(const Plant& plant, const std::vector<codegen::Channel>& chan
   Eigen::Index row = 0;
   while (std::abs(x(row, column)) <= kEscape) ++row;
   throw codegen::Error(
-      fmt::format("plant {}: {} of the trajectory from x(0) = ({}) is not finite or beyond 1e9 at t = {:.6g} s; make "
-                  "the initial box "
-                  "or the horizon smaller, or the sample period shorter{}",
+      fmt::format("plant {}: {} of the trajectory from x(0) = ({}) is not finite or exceeds 1e9 at t = {:.6g} s; make "
+                  "the initial box or the horizon smaller, or the sample period shorter{}",
                   plant.name(), channels[static_cast<std::size_t>(row)].name, fmt::join(initial.col(column), ", "),
-                  time_s, plant.nu() > 0 ? ", or hold the plant by a [feedback]" : ""));
+                  time_s, plant.nu() > 0 ? ", or stabilise the plant by a [feedback]" : ""));
 }
 
 Eigen::Index first_escaped(const Eigen::MatrixXd& x) {

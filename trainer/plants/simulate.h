@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Trajectories of a plant: classical Runge-Kutta of order 4 at the sample period, in double. An excitation u(t) is
-// taken at the times of the stages, so that the order holds.
+// evaluated at the times of the stages, so that the method keeps its order.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, 
 Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h, const Excitation& excitation = {},
                          double time_s = 0.0);
 
-/// Returns the first column of x beyond the useful range of any plant (|x| > 1e9 or NaN); -1: none.
+/// Returns the first column of x that is beyond the useful range of any plant (|x| > 1e9 or NaN); -1 if there is none.
 Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 
 /// Throws codegen::Error if a column of x has escaped, with the plant, the channel (a row of x), the initial state (a

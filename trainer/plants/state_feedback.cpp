@@ -19,7 +19,7 @@ class LoopExpressions {
  public:
   using NameOfInput = std::string (*)(const std::string& input);
 
-  /// `where` stands before each text in messages, with its index if it is a list.
+  /// `where` is the place of a text for messages, with its index if it is a list.
   LoopExpressions(const std::vector<std::string>& texts, const std::string& where, const Plant& plant,
                   const PlantParameters& constants, NameOfInput name_of)
       : texts_(texts), where_(where) {
@@ -42,8 +42,8 @@ class LoopExpressions {
       const double value = parsers_[j].Eval();
       if (!std::isfinite(value))
         throw codegen::Error(
-            fmt::format("{} \"{}\" is not a finite number at an estimate of the loop; write one that is "
-                        "at all states",
+            fmt::format("{} \"{}\" is not a finite number at an estimate of the loop; write an expression that is "
+                        "finite at all states",
                         fmt::format(fmt::runtime(where_), j), texts_[j]));
       result(static_cast<Eigen::Index>(j)) = value;
     }
