@@ -163,7 +163,7 @@ void check_directory(const std::string& path) {
       return;
     }
     if (fs::is_symlink(fs::symlink_status(target)))
-      throw Error(target.string() + ": is a link to a folder that is not there; make that first");
+      throw Error(target.string() + ": is a link to a folder that does not exist; create that folder first");
     fs::path above = fs::absolute(target).parent_path();
     while (above.has_relative_path() && !fs::exists(fs::symlink_status(above))) above = above.parent_path();
     if (!fs::is_directory(above))

@@ -86,7 +86,8 @@ std::string read_file(const std::string& path, std::size_t max_bytes) {
     if (n < 0) fail(path, "read", errno);
     if (n == 0) return text;
     if (text.size() + static_cast<std::size_t>(n) > max_bytes)
-      throw Error(path + ": larger than the " + std::to_string(max_bytes) + " bytes that are read at most");
+      throw Error(path + ": larger than the " + std::to_string(max_bytes) +
+                  " bytes that nlo reads at most; use a smaller file");
     text.append(block, static_cast<std::size_t>(n));
   }
 }

@@ -90,7 +90,7 @@ std::vector<NamedText> unzipped(std::string_view archive) {
     at += text + file.text.size();
     files.push_back(std::move(file));
   }
-  if (archive.substr(at, 4) != "PK\1\2") throw Error("a zip archive without compression begins otherwise");
+  if (archive.substr(at, 4) != "PK\1\2") throw Error("the file is not a zip archive without compression");
   return files;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a model to the numbers that fly.
+// Computes the numbers of an export from a model.
 #pragma once
 
 #include <vector>

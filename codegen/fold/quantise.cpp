@@ -93,7 +93,7 @@ QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::Vect
     scale(o) = static_cast<float>(1.0 / sums_per_unit);
     if (!(sums_per_unit > 0.0) || !std::isfinite(scale(o)) || !round_row(layer, o, sums_per_unit, 0.0, quantised))
       fail(
-          "inverse_map.layers[{}]: row {} is beyond what int16 can hold; export with --scalar float, or train with "
+          "inverse_map.layers[{}]: row {} exceeds the range of int16; export with --scalar float, or train with "
           "weight_decay",
           index, o);
   }
@@ -130,7 +130,7 @@ void scale_input(double low, double high, const std::string& name, float& centre
 
 void check_supported(const Model& m) {
   if (module_of(m).abilities().int16) return;
-  fail("int16 exists for structure {}, and this model is {}; export with --scalar float",
+  fail("int16 exists only for structure {}, but this model is {}; export with --scalar float",
        names_of_structures([](const StructureModule& s) { return s.abilities().int16; }), structure_name(m));
 }
 
@@ -177,8 +177,10 @@ InputBox box_with_products(const FoldedNetwork& n, InputBox box) {
 QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& inputs, const std::vector<double>& largest) {
   const InputBox box = box_with_products(n, inputs);
   if (!activation_row(n.activation).has_int16() && n.layers.size() > 1)
-    fail("int16 has tanh and relu, and this model's activation is {}; export with --scalar float, or train with tanh",
-         activation_row(n.activation).name);
+    fail(
+        "int16 supports tanh and relu, but this model's activation is {}; export with --scalar float, or train with "
+        "tanh",
+        activation_row(n.activation).name);
   QuantisedNetwork q{n.layers.size() > 1 ? n.activation : Activation::kTanh,
                      {},
                      {},
@@ -214,8 +216,10 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& inputs, const 
     // The table of tanh rounds down.
     const bool silu = n.activation == Activation::kSilu;
     if (silu && largest[l] > kSiluEnd)
-      fail("{} reaches {:.3g}, and int16 has silu up to {}; export with --scalar float, or train with weight_decay",
-           name, largest[l], kSiluEnd);
+      fail(
+          "{} reaches {:.3g}, but int16 supports silu only up to {}; export with --scalar float, or train with "
+          "weight_decay",
+          name, largest[l], kSiluEnd);
     q.layers.push_back(tanh_layer(silu ? RealLayer{real.weights / 2.0, real.bias / 2.0} : real, name));
     per_unit.setConstant(real.bias.size(), silu ? kSiluEnd / (kOne + 1.0) : 1.0 / kOne);
     offset = per_unit / 2.0;

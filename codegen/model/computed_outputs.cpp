@@ -28,7 +28,7 @@ ComputedOutputs::ComputedOutputs(const std::vector<Channel>& outputs, const std:
       continue;
     }
     if (output.wrap != 0.0)
-      fail("output \"{}\" has an expression and a wrap; a computed output cannot be an angle: leave the wrap out",
+      fail("output \"{}\" has an expression and a wrap, but a computed output cannot be an angle: leave the wrap out",
            output.name);
     try {
       expressions_.emplace_back(output.expression, names);

@@ -25,7 +25,7 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   if (texts.parameters.size() > kMostParameters)
     fail("equations have {} parameters; {} are the most", texts.parameters.size(), kMostParameters);
   if (texts.derivative.size() != states.size())
-    fail("equations.derivative has {} expressions, and there are {} states; give one for each", texts.derivative.size(),
+    fail("equations.derivative has {} expressions, but there are {} states; give one for each", texts.derivative.size(),
          states.size());
   std::vector<std::string> names;
   for (const Channel& state : states) names.push_back(state.name);

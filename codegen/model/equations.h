@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions, from which an observer's prior is
-// made. One text serves all arithmetics: double and float, lanes side by side
-// (trainer/structures/equation_tape.h), intervals.
+// made. The same text is evaluated in all arithmetics: double, float, lanes side by side
+// (trainer/structures/equation_tape.h), and intervals.
 #pragma once
 
 #include <nlo/covariance.h>
@@ -18,14 +18,15 @@
 
 namespace nlo::codegen {
 
-/// Over the names of the states, of the inputs and of the parameters.
+/// Expressions over the names of the states, the inputs and the parameters.
 struct EquationTexts {
   std::vector<std::string> derivative, outputs;  ///< one expression for each state, n_y expressions
   std::vector<std::pair<std::string, double>> parameters = {};
-  std::vector<std::string> unestimated = {};  ///< states of the plant that no x_hat has; they follow those that it has
+  /// States of the plant that are not estimated; they follow the estimated states.
+  std::vector<std::string> unestimated = {};
 };
 
-/// x, no further than the states' range and a little: RK4 overflows from where no plant has been.
+/// Returns x, limited to the states' range plus a margin, because RK4 may overflow from states that no plant has.
 template <class Scalar>
 Scalar kept_within(Scalar x, double low, double high) {
   const auto from = static_cast<Scalar>(low), to = static_cast<Scalar>(high);
@@ -33,9 +34,11 @@ Scalar kept_within(Scalar x, double low, double high) {
 }
 Interval kept_within(Interval x, double low, double high);
 
-/// The equations with those of an extended Kalman filter for the covariance P of x between measurements,
+/// The plant's equations together with the equation of an extended Kalman filter for the covariance P of x between
+/// measurements,
 ///   dP/dt = F P + P F',  F = df/dx,
-/// stepped with x as [x; p], p the upper triangle of P row by row; and the slopes dh/dx of the outputs.
+/// integrated as one state [x; p], where p is the upper triangle of P row by row. It also has the slopes dh/dx of the
+/// outputs.
 class Equations {
  public:
   static constexpr int kMostStates = 16, kMostInputs = 16, kMostOutputs = 16;
@@ -49,32 +52,32 @@ class Equations {
   int ny() const { return ny_; }
   int carried() const { return nx_ + triangle_size(nx_); }                ///< size of [x; p]
   int place(int i, int j) const { return nx_ + in_triangle(nx_, i, j); }  ///< place of P's element in [x; p]
-  /// Adds a count of every expression that a step of RK4 and an output evaluate.
+  /// Returns the number of operations of every expression that a step of RK4 and an output evaluate.
   int count(int (Expression::*of)() const) const;
   const SharedExpressions& derivative() const { return derivative_; }
   const SharedExpressions& output() const { return output_; }
   double parameter(int index) const { return parameters_[static_cast<std::size_t>(index)]; }
-  /// Reading j of an expression is an element of [x; p], then of u, then of the parameters, then of the parts that
-  /// expressions share.
+  /// The readings of an expression are [x; p], then u, then the parameters, then the sub-expressions that expressions
+  /// share.
   int first_input() const { return carried(); }
   int first_parameter() const { return carried() + nu_; }
   int first_part() const { return first_parameter() + static_cast<int>(parameters_.size()); }
 
-  /// From x (n_x) y (n_y), and behind it the slopes dh/dx (n_y x n_x), row by row.
+  /// Expressions of y (n_y), then of the slopes dh/dx (n_y x n_x) row by row, from x (n_x).
   template <class Value>
   void output(const Value* x, Value* y) const {
     output_.evaluate(readings<Value>(x, nullptr), y);
   }
-  /// d[x; p]/dt from [x; p] and u (n_u).
+  /// Computes d[x; p]/dt from [x; p] and u (n_u).
   template <class Value>
   void derivative(const Value* x, const Value* u, Value* dx) const {
     derivative_.evaluate(readings<Value>(x, u), dx);
   }
 
-  /// Where in a step RK4 evaluates the equations, and the weights of their values.
+  /// The positions in a step at which RK4 evaluates the equations, and the weights of their values.
   static constexpr std::array kParts = {0.0, 0.5, 0.5, 1.0}, kWeights = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
-  /// [x; p] `h` seconds on, in place, by one step of RK4.
+  /// Advances [x; p] by `h` seconds, in place, by one step of RK4.
   ///   inputs(c, u)  writes u (n_u) at the part c in [0, 1] of the step
   template <class Value, class Inputs>
   void step(Value* x, const Value& h, const Inputs& inputs) const {
@@ -96,7 +99,7 @@ class Equations {
  private:
   static constexpr std::size_t kMostParameters = 64;
 
-  /// Behind f, the rows of dP/dt.
+  /// Appends the rows of dP/dt after f.
   void append_covariance(std::vector<Expression>& derivative) const;
 
   template <class Value>
@@ -112,10 +115,10 @@ class Equations {
   std::vector<double> parameters_;
 };
 
-/// Checks that from any x and u of the region, y, dx/dt, their slopes and a piece of a step of RK4 stay far from the
-/// largest number of float32. Beyond the region the values at RK4's middle points may have no bound, for quotients and
-/// functions. In flight such a value is not a number, and the observer resets.
-///   x  carried() intervals, where [x; p] is kept;  u  n_u intervals
+/// Checks that y, dx/dt, their slopes and a piece of a step of RK4 stay far below the largest float32 for every x and u
+/// of the region. The middle points of RK4 may be outside of the region, where quotients and functions may be
+/// unbounded. In flight such a value is NaN, and the observer resets.
+///   x  carried() intervals, the limits of [x; p];  u  n_u intervals
 /// Throws Error with the equation and the remedy.
 void check_bounded(const Equations& equations, std::vector<Interval> x, const std::vector<Interval>& u,
                    double sample_period_s);

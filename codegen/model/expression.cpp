@@ -211,7 +211,7 @@ Expression::Expression(std::string_view text, const std::vector<std::string>& na
   ExpressionParser(text, names, language, *this);
   finish();
   if (reads_.empty() && language == Language::kPolynomial)
-    fail("expression \"{}\" reads nothing: expected the name of a measured output, or an input", text);
+    fail("expression \"{}\" has no name in it: expected a measured output or an input", text);
 }
 
 Expression::Expression(std::vector<Node> nodes) : nodes_(std::move(nodes)) {

@@ -97,7 +97,7 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
     fail("{} has {} entries; it must have {} (the rows of features), or be left out", of("feature_clocks"),
          n.feature_clocks.size(), nu);
   if (!activation_row(n.activation).is_trained())
-    fail("{} is {}, which an export alone chooses; use {}", of("activation"), activation_row(n.activation).name,
+    fail("{} is {}, which only an export may choose; use {}", of("activation"), activation_row(n.activation).name,
          activations_in_words());
 
   if (n.layers.empty()) fail("{} is empty; a linear map is one layer", of("layers"));

@@ -9,14 +9,14 @@
 namespace nlo::codegen {
 namespace {
 
-constexpr double kMostTurns = 65536.0;  // float has 2^-8 of a turn there
-constexpr double kMostWraps = 64.0;     // float has 2^-18 of W there
+constexpr double kMostTurns = 65536.0;  // at this angle float resolves 2^-8 of a turn
+constexpr double kMostWraps = 64.0;     // at this value float resolves 2^-18 of W
 
 }  // namespace
 
 double relative_wrap(const Model& m, int reading) {
   if (reading >= m.ny() || m.outputs[static_cast<std::size_t>(reading)].wrap > 0.0) return 0.0;
-  // An output that may be missing fades to a point of its declared range. Subtracting multiples of W would move it.
+  // A missing output decays to a point of its declared range. Subtracting multiples of W would shift this point.
   const std::vector<int>& fades = m.failures.outputs;
   if (std::find(fades.begin(), fades.end(), reading) != fades.end()) return 0.0;
   if (!is_relative(m, reading) || !seen_of_turn(m, reading).empty()) return 0.0;

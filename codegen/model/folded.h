@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A model in the form that flies: features, normalisation and state scale are folded into the layers, and the latent
-// system is discretised. All numbers are double; an export rounds each one once. Folding uses plain loops without
-// contraction, so that a model gives the same bits on every machine. codegen/fold/fold.h makes it.
+// A model in the form of its exports: features, normalisation and state scale are folded into the layers, and the
+// latent system is discretised. All numbers are double; an export rounds each one once. Folding uses plain loops
+// without contraction, so that a model gives the same bits on every machine. codegen/fold/fold.h makes it.
 #pragma once
 
 #include <compare>

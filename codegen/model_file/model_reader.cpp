@@ -38,7 +38,7 @@ Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
     if (!row) one.fail("is not Base64 VLQ of numbers within 2^24; use the unchanged file that nlo train wrote");
     if (j == 0) all.resize(channels, row->size());
     if (row->size() != all.cols())
-      one.fail(fmt::format("has {} samples and the one before {}; make them equal", row->size(), all.cols()));
+      one.fail(fmt::format("has {} samples, but the row before has {}; make them equal", row->size(), all.cols()));
     all.row(j) = row->transpose();
   }
   return all;
@@ -57,7 +57,7 @@ Flight flight(const Field& field) {
     if (run.has("dt")) read.dt = counts(run["dt"], 1).row(0);
     flight.runs.push_back(std::move(read));
     if (flight.samples() > kMostFlightSamples)
-      runs.fail(fmt::format("have more than {} samples in all; leave some out", kMostFlightSamples));
+      runs.fail(fmt::format("have more than {} samples in total; leave some out", kMostFlightSamples));
   }
   return flight;
 }

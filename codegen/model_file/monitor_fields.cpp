@@ -96,8 +96,8 @@ void check_limit(const Eigen::MatrixXd& limits, double least, double reach, cons
   for (const double limit : limits.reshaped())
     if (limit != kNoLimit && limit >= reach)
       fail(
-          "{} has {}, and the statistic reaches {:g} at most: this alarm could never fire. Make the monitor again (nlo "
-          "monitor), or write {:g} for a statistic that is not watched",
+          "{} has {}, but the statistic is at most {:g}, so this alarm could never be raised. Make the monitor again "
+          "(nlo monitor), or write {:g} for a statistic that is not watched",
           field, limit, reach, kNoLimit);
 }
 
@@ -197,7 +197,7 @@ void check_monitor(const Model& model) {
   check_within(m.most_equal, 0.0, kMostEqual, "monitor.most_equal");
   check_within(m.reference_sensor, 0.0, model.measured() - 1, "monitor.reference_sensor");
   for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"reference_sensor", &m.reference_sensor}})
-    if (*counts != counts->array().floor().matrix()) fail("monitor.{} has a number that is not whole", name);
+    if (*counts != counts->array().floor().matrix()) fail("monitor.{} has a number that is not an integer", name);
   for (const Eigen::VectorXd* reading : {&m.resting, &m.rest_min, &m.rest_max})
     check_within(*reading, -kLargestNumber, kLargestNumber, "monitor.resting, rest_min or rest_max");
   check_within(m.most_moved, 0.0, kLargestNumber, "monitor.most_moved");

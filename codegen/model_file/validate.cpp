@@ -35,8 +35,8 @@ void check_inputs(const Model& m) {
     fail("input_hold is unknown; use zero_order (a command that has acted since the last sample) or first_order");
   if (m.input_hold == Hold::kFirstOrder && m.hold == Hold::kZeroOrder)
     fail(
-        "input_hold is first_order, and hold zero_order; an input is interpolated like the outputs, or it is a "
-        "command: zero_order");
+        "input_hold is first_order, but hold is zero_order; an input that is interpolated needs hold = first_order, a "
+        "command needs input_hold = zero_order");
 }
 
 /// Checks that outputs are computed only from readings that the structure can have.
@@ -85,8 +85,10 @@ void check_failures(const Model& m) {
       fail("may_fail.outputs[{}] is {}; write numbers of outputs, from 0 to {}, in increasing order", i, output,
            m.ny() - 1);
     if (m.outputs[static_cast<std::size_t>(output)].wrap != 0.0)
-      fail("may_fail.outputs[{}] is the angle \"{}\"; a missing output fades to its mean, and an angle has none", i,
-           m.outputs[static_cast<std::size_t>(output)].name);
+      fail(
+          "may_fail.outputs[{}] is the angle \"{}\"; a missing output decays to its mean, but an angle has no mean: "
+          "leave it out",
+          i, m.outputs[static_cast<std::size_t>(output)].name);
     const double rest = f.rest(static_cast<Eigen::Index>(i));
     if (!(rest >= m.output_min(output) && rest <= m.output_max(output)))
       fail("may_fail.rest[{}] is {}; it must lie within the range of its output", i, rest);
@@ -137,9 +139,8 @@ void check_turns(const Model& m) {
     const double largest = std::max(std::abs(m.output_min(j)), std::abs(m.output_max(j)));
     if (turn != 0.0 && !(largest <= kMostTurns * turn))
       fail(
-          "outputs[{0}].wrap is {1} and its range reaches {2}; an angle may have {3:g} turns at most: give the full "
-          "turn in "
-          "its unit, or measure it within fewer",
+          "outputs[{0}].wrap is {1} and its range reaches {2}, but an angle may have at most {3:g} turns: give the "
+          "full turn in its unit, or measure it within fewer turns",
           j, turn, largest, kMostTurns);
   }
 }
@@ -195,7 +196,7 @@ void check_error(const Model& m) {
   const ErrorHead& head = *m.error;
   const Network* map = inverse_map(m);
   if (map == nullptr || map->layers.size() < 2)
-    fail("error reads the last hidden layer of inverse_map, and this model's has none; leave it out");
+    fail("error reads the last hidden layer of inverse_map, but this model has no hidden layer; leave error out");
   check_shape(head.weights, m.nx(), 2 * map->layers.back().weights.cols(), "error.weights",
               "n_x x twice the neurons of the last hidden layer");
   check_shape(head.bias, m.nx(), "error.bias", "n_x");
@@ -247,7 +248,7 @@ void check_flight(const Model& m) {
     if (beyond(run.outputs) || beyond(run.inputs))
       fail("flight.runs[{}] has a count beyond 2^24; use a larger step", i);
     if (run.dt.size() != 0 && (run.dt.minCoeff() < 1 || run.dt.maxCoeff() > kMostFlightCount))
-      fail("flight.runs[{}].dt has a count that is not within 1 and 2^24; time must go on", i);
+      fail("flight.runs[{}].dt has a count that is not from 1 to 2^24; time must increase", i);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The motion of a latent state between two samples: the equations of a structure with dynamic sizes and nothing folded.
-// ReferenceObserver steps them; each structure's module has its own.
+// The motion of a latent state between two samples: the equations of a structure, with dynamic sizes and without
+// folding. ReferenceObserver steps them; each structure's module has its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ struct Between {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   const Vector &y, &y_next;  ///< readings, n_r, with their inputs as in ReferenceObserver
   const Vector &u, &u_next;  ///< n_u, inputs that act apart from the readings; may be empty
-  /// For each output: true if it was measured at y_next. The others are held or fade. Null: all were measured.
+  /// For each output: true if it was measured at y_next. The others are held or decay. Null: all were measured.
   const std::vector<bool>* arrived = nullptr;
 };
 

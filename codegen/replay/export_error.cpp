@@ -92,9 +92,9 @@ ErrorReplay::ErrorReplay(const Model& m, const FoldedModel& plain) : model_(m), 
   Index all = 0;
   for (const ReplayInputs& run : runs_) all += run.dt_s.size();
   fail(
-      "only {} of {} replayed samples lie in the domain of \"{}\", and an error is stated over {} at least; train "
-      "again: training records flights in the model file, or widen latent_min and latent_max if the model is made by "
-      "hand",
+      "only {} of {} replayed samples lie in the domain of \"{}\", but the error needs at least {}; train again, "
+      "because training records flights in the model file, or, if the model is made by hand, widen latent_min and "
+      "latent_max",
       samples_, all, m.name, kFewest);
 }
 

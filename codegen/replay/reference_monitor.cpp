@@ -108,7 +108,7 @@ VectorXd ReferenceMonitor::usable_outputs(const VectorXd& y, double dt_s) {
     kept(j) = rejects && replaces ? predicted_output(j) : std::numeric_limits<double>::quiet_NaN();
     ++all_rejected_;
   }
-  for (Index j = measured; j < y.size(); ++j)  // computed of them
+  for (Index j = measured; j < y.size(); ++j)  // outputs that are computed from measured ones
     missing_(j) = not_due_[static_cast<std::size_t>(j)] == 0 && !kept.head(measured).allFinite();
   return kept;
 }

@@ -98,7 +98,8 @@ void ReferenceObserver<Scalar>::restore(const Eigen::VectorXd& snapshot) {
   const auto whole = [&](Eigen::Index at, double most) {
     const double value = snapshot(at);
     if (!(value >= 0.0 && value <= most && value == std::floor(value)))
-      fail("number {} of the saved state is {}, and should be whole, from 0 to {}: it was changed", at, value, most);
+      fail("number {} of the saved state is {}, but it must be an integer from 0 to {}: the state was changed", at,
+           value, most);
     return value;
   };
   const bool started = whole(0, 1.0) == 1.0;
@@ -127,10 +128,9 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
   const Eigen::Index samples = outputs.cols();
   const int nu = model_->nu();
   if (nu != inputs.rows() || (nu > 0 && inputs.cols() != samples))
-    throw Error(
-        fmt::format("\"{}\" has {} inputs over {} samples; it was given {} x {}: name the data's inputs as the "
-                    "model does",
-                    model_->name, nu, samples, inputs.rows(), inputs.cols()));
+    throw Error(fmt::format(
+        "\"{}\" has {} inputs over {} samples, but the data has {} x {}: give the inputs the names that the model uses",
+        model_->name, nu, samples, inputs.rows(), inputs.cols()));
   Run run{Eigen::MatrixXd(model_->nx(), samples), Eigen::MatrixXd(model_->nz(), samples),
           Eigen::MatrixXd(model_->nr(), samples)};
   Matrix z(model_->nz(), samples), y(model_->nr(), samples);

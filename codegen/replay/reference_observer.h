@@ -62,7 +62,8 @@ class ReferenceObserver {
   Vector estimate() const;
 
   /// Returns z, n_z. Angles and z are unwrapped from the first sample on. To compare z with an observer that turns z
-  /// back, subtract steady_gain() times the turns. Outputs that T* reads only relatively are turned back as in flight.
+  /// back, subtract steady_gain() times the turns. Outputs that T* reads only relatively are reduced by whole turns as
+  /// in flight.
   const Vector& latent() const { return z_; }
 
   /// Returns the readings that the last step used, n_r: held, clamped, angles unwrapped.

@@ -38,8 +38,8 @@ Eigen::VectorXd tones(const Eigen::VectorXd& time_s, double sample_period_s, Uni
   return sum;
 }
 
-/// Returns `angle` without whole turns, in [low, low + turn). It is not so close to where it wraps, or to half a turn,
-/// that rounding decides on which side it is.
+/// Returns `angle` without whole turns, in [low, low + turn). It keeps a distance from the wrap and from half a turn,
+/// so that rounding cannot change the side.
 double measured_angle(double angle, double low, double turn) {
   constexpr double kMargin = 0.01;
   for (const double edge : {low, turn / 2.0}) {
@@ -49,7 +49,8 @@ double measured_angle(double angle, double low, double turn) {
   return angle - turn * std::floor((angle - low) / turn);
 }
 
-/// In sample periods. It is not so close to 1.5 that rounding decides into how many pieces the step is divided.
+/// Returns a step [sample periods]. It keeps a distance from 1.5, so that rounding cannot change the number of pieces
+/// of the step.
 double irregular_step(Uniform& uniform) {
   const double step = 0.4 + 1.6 * uniform();
   return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;
@@ -93,7 +94,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     if (kind < kMissedShare) {
       inputs.outputs(j, k) = missed;
     } else if (kind < kMissedShare + kOutsideShare) {
-      // A few wraps W do not change a relative output. Now and then it is outside of all that is accepted.
+      // A few wraps W do not change a relative output. Sometimes it is outside of the accepted range.
       const double wrap = relative_wrap(m, j);
       double& y = inputs.outputs(j, k);
       if (wrap > 0.0)
@@ -112,7 +113,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
   for (int i = 0; i < m.nu(); ++i) {
     const Eigen::VectorXd tone = amplitude * tones(time_s, h, uniform);
     inputs.inputs.row(i) = tone;
-    if (!m.inputs.empty()) {  // it is read, so its range is known
+    if (!m.inputs.empty()) {  // the observer reads them, so their ranges are known
       const int j = m.ny() + i;
       const double from = ranges.size() != 0 ? ranges(j, 0) : m.input_min(i);
       const double to = ranges.size() != 0 ? ranges(j, 1) : m.input_max(i);

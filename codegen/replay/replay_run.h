@@ -16,7 +16,7 @@
 
 namespace nlo::codegen {
 
-/// The observer as it is exported: `folded` comes from in_formats() of number_formats.h, rounded to the scalar of the
+/// Emulates an exported observer: `folded` comes from in_formats() of number_formats.h, rounded to the scalar of the
 /// target, with the activations of the runtime. In int16, the inverse map has the bits of the runtime. To add a number
 /// format, add a case here.
 class ExportedObserver {

@@ -176,7 +176,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     }
     const bool known = not_due_[channel] > 0 && (health_[channel].clamped || late(channel) == 0);
     if (held && (started_ || known)) good_y(j) = y_(j);
-    // Before the first sample that all others have, values that have arrived are kept.
+    // Until every other channel has a value, the values that have arrived are kept.
     if (!started_ && not_due_[channel] > 0 && std::isfinite(good_y(j))) y_(j) = good_y(j);
   }
   for (std::size_t j = 0; j < arrived_.size(); ++j) arrived_[j] = !health_[j].held;

@@ -20,23 +20,24 @@ class SampleValidation {
   void reset();
 
   /// Validates a sample of outputs (n_y; computed outputs are computed here) and inputs (n_u), `dt_s` after the last
-  /// one. An output that may be missing fades. An entry that is not finite keeps its last good value, and so does an
-  /// angle out of its range; others are clamped. With `wrapped`, angles are continued from the last sample. An output
-  /// that T* reads only relatively always is (flown_ranges.h). After a step beyond 1.5 sample periods, samples count as
-  /// missing. Returns false before the first sample whose entries are all good; then y() and u() are not valid.
+  /// one. A missing output with may_fail decays to its mean. An entry that is not finite keeps its last good value, and
+  /// so does an angle out of its range; others are clamped. With `wrapped`, angles are continued from the last sample.
+  /// An output that T* reads only relatively always is (flown_ranges.h). After a step beyond 1.5 sample periods,
+  /// samples count as missing. Returns false before the first sample whose entries are all good; then y() and u() are
+  /// not valid.
   bool validate(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s);
 
   /// Subtracts whole turns from the outputs that T* reads only relatively, if they have left the first turn. Returns
   /// these turns times W, n_r.
   Eigen::VectorXd turn_back();
 
-  /// Everything on which the next sample depends: y(), u(), and the health of each channel (channels() of them).
+  /// The state of the validation: y(), u(), and the health of each of channels() channels.
   Eigen::VectorXd held_values() const;
   Eigen::Index channels() const { return static_cast<Eigen::Index>(health_.size()); }
-  /// Continues from such values; `started`: there has been a good sample.
+  /// Continues from a saved state. `started`: true if there has been a good sample.
   void hold(const Eigen::VectorXd& values, bool started);
 
-  const Eigen::VectorXd& y() const { return y_; }  ///< readings, n_r, as taken: held, clamped, angles unwrapped
+  const Eigen::VectorXd& y() const { return y_; }  ///< readings after validation, n_r: held, clamped, angles unwrapped
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are not readings
   StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld, kStale or kOutOfRange
   bool clamped() const;                            ///< true if a reading of the last sample was clamped
@@ -76,7 +77,7 @@ class SampleValidation {
     std::vector<bool> missing;
     std::vector<int> age;
   };
-  /// Fills in missing outputs.
+  /// Replaces missing outputs.
   Filled fill_missing(Eigen::VectorXd& readings, double dt_s) const;
   int missed_samples(double dt_s) const;
   bool may_fail(std::size_t channel) const;

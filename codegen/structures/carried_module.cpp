@@ -115,10 +115,10 @@ class CarriedHeader final : public CppStructureBase {
 };
 
 void check_vectors(const Model& m) {
-  if (m.ny() % kAxes != 0) fail("there are {} outputs; they are vectors of three components each", m.ny());
-  if (m.nx() % kAxes != 0) fail("there are {} states; they are vectors of three components each", m.nx());
+  if (m.ny() % kAxes != 0) fail("there are {} outputs; a carried observer needs vectors of three components", m.ny());
+  if (m.nx() % kAxes != 0) fail("there are {} states; a carried observer needs vectors of three components", m.nx());
   if (m.inputs.size() != kAxes)
-    fail("there are {} inputs; they are the three components of the rate of rotation in rad/s, and nothing else",
+    fail("there are {} inputs; a carried observer needs exactly three: the components of the rate of rotation in rad/s",
          m.inputs.size());
   const double turn = largest_readings(m).tail<kAxes>().norm() * m.sample_period_s;
   if (!(turn <= CarriedLimits::kMostTurn))
@@ -132,7 +132,8 @@ void check_vectors(const Model& m) {
 void check_map(const Model& m) {
   const Network& map = own_part<Carried>(m).inverse_map;
   check_network(map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_y + inputs)");
-  if (map.layers.size() != 1) fail("inverse_map has {} layers; a sum of vectors has one", map.layers.size());
+  if (map.layers.size() != 1)
+    fail("inverse_map has {} layers; a carried observer needs one, the sum of vectors", map.layers.size());
   const FoldedNetwork folded = fold(map, map.features.cols());
   const Eigen::MatrixXd& weights = folded.layers.front().weights;
   const Eigen::MatrixXd sums = spread(m, vector_weights(m, folded), weights.cols());

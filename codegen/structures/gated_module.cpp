@@ -121,7 +121,7 @@ void check_contraction(const Gated& own, const Model& m) {
   constexpr double kRounding = 1.0 + 1e-9;
   const double proven = proven_rate(m, own, own.contraction.metric);
   if (!(own.contraction.rate > 0.0) || own.contraction.rate > kRounding * proven)
-    fail("contraction.rate is {}, and gates and candidate prove {} in that metric; remove the contraction",
+    fail("contraction.rate is {}, but gates and candidate only prove {} in that metric; remove the contraction",
          own.contraction.rate, proven > 0.0 ? std::to_string(proven) : "none");
 }
 
@@ -216,7 +216,7 @@ void check_gate_layer(const Network& n, const Eigen::VectorXd& largest, int outp
                       const char* meaning) {
   check_network(n, static_cast<int>(largest.size()), outputs, field, meaning);
   if (n.layers.size() != 1 || n.skip.size() != 0)
-    fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
+    fail("{} has {} layers{}; it must have exactly one layer and no linear path", field, n.layers.size(),
          n.skip.size() != 0 ? " and a linear path" : "");
   check_sums(n, largest, field);
 }

@@ -96,14 +96,15 @@ void check_linear_latent(const Model& m) {
       fail("eigenvalues[{}] is {}; its real part must be negative (D must be Hurwitz), or z never forgets its start", i,
            lambda.real());
     if (!(std::abs(lambda) * m.sample_period_s < kFastest))
-      fail("eigenvalues[{}] is {}; at the sample period of {} s that is beyond {} per sample: use a slower one", i,
+      fail("eigenvalues[{}] is {}; at the sample period of {} s this exceeds {} per sample: use a slower eigenvalue", i,
            lambda.real(), m.sample_period_s, kFastest);
     const double radius = std::abs(std::complex<double>(step_factor(lambda, m.sample_period_s, m.hold)));
     if (!(radius < 1.0))
       fail("eigenvalues[{}] is {} and makes |A| = {} at the sample period of {} s (rounded to float); {}", i,
            lambda.real(), radius, m.sample_period_s,
-           m.hold == Hold::kRk4 ? "rk4 is unstable here: use hold first_order, or a shorter sample period"
-                                : "it is too slow to be told from an integrator: use a faster eigenvalue");
+           m.hold == Hold::kRk4
+               ? "rk4 is unstable here: use hold first_order, or a shorter sample period"
+               : "it is so slow that float cannot distinguish it from an integrator: use a faster eigenvalue");
     if (paired) ++i;
   }
   // Uses the effect on z of a reading of 1, even if a reading is always small.

@@ -137,7 +137,7 @@ void check_unestimated(const Model& m, const EquationTexts& texts) {
     const std::string& name = texts.unestimated[i];
     if (!is_identifier(name)) fail("equations.unestimated[{}] is not an identifier", i);
     if (std::ranges::find(taken, name) != taken.end())
-      fail("equations.unestimated[{}] is \"{}\", which another state or an input is called, too; rename it", i, name);
+      fail("equations.unestimated[{}] is \"{}\", but another state or an input also has this name; rename it", i, name);
     taken.push_back(name);
   }
 }
@@ -227,7 +227,7 @@ class PriorModule final : public StructureModule {
     check_unestimated(m, own.equations);
     const Equations equations = prior_equations(m);
     if (equations.ny() != m.ny())
-      fail("equations.outputs has {} expressions, and there are {} outputs; give one for each", equations.ny(), m.ny());
+      fail("equations.outputs has {} expressions, but there are {} outputs; give one for each", equations.ny(), m.ny());
     check_shape(own.state_min, carried, "state_min", "n_s and the covariance");
     check_shape(own.state_max, carried, "state_max", "n_s and the covariance");
     check_range(own.state_min, own.state_max, "state");

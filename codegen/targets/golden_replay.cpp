@@ -19,10 +19,11 @@ namespace {
 // The tolerance of an export is this many times the error of its emulation (codegen/replay/replay_run.h), because the
 // export sums in another order and discretises irregular steps in its own scalar.
 constexpr double kTimesMeasured = 8.0;
-constexpr double kTimesMeasuredInt16 = 1.25;  // for the estimate, whose integers have the bits of the emulation
-constexpr double kTimesCoarse =
-    1.25;  // for 16-bit weights and a coarser tanh: same error as the emulation up to rounding
-constexpr double kTimesRounding = 8.0;  // rounding units of the largest value, because an emulation may be exact
+constexpr double kTimesMeasuredInt16 = 1.25;  // factor for the estimate, whose integers equal those of the emulation
+// Factor for 16-bit weights and a coarser tanh, whose error equals that of the emulation except for rounding.
+constexpr double kTimesCoarse = 1.25;
+// Number of rounding units of the largest value, because the emulation may have no error.
+constexpr double kTimesRounding = 8.0;
 
 /// Returns the tolerance of each row of an export.
 Eigen::VectorXd tolerance(const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double times, ScalarType scalar) {

@@ -27,7 +27,7 @@ void round_weights(FoldedNetwork& network, WeightType type) {
       const double nearest = rounded(weight, type);
       if (std::isinf(nearest))
         throw Error(
-            fmt::format("{}.layers[{}].weights has {:.4g} when folded: beyond the range of {}; export with "
+            fmt::format("{}.layers[{}].weights has {:.4g} when folded, which exceeds the range of {}; export with "
                         "--weights {}, or train again with weight_decay",
                         network.field, l, weight, weight_name(type), type == WeightType::kFloat16 ? "bf16" : "float"));
       weight = nearest;
@@ -55,7 +55,7 @@ double rounded(double value, WeightType type) {
 FoldedModel in_formats(FoldedModel folded, const ExportOptions& options) {
   const bool is_float = options.scalar == ScalarType::kFloat;
   if (options.weights != WeightType::kFull && !is_float)
-    throw Error(fmt::format("--weights {} is for --scalar float, and this is {}; leave one of them out",
+    throw Error(fmt::format("--weights {} needs --scalar float, but the scalar is {}; leave one of them out",
                             weight_name(options.weights), scalar_name(options.scalar)));
   if (options.scalar == ScalarType::kInt16) folded.error.reset();  // its hidden layers are integers
   for (FoldedNetwork& network : folded.networks) {
@@ -67,7 +67,7 @@ FoldedModel in_formats(FoldedModel folded, const ExportOptions& options) {
 
 void check_weights(const ExportOptions& options, std::string_view target) {
   if (options.weights != WeightType::kFull)
-    throw Error(fmt::format("--weights {} is for targets cpp and replay; leave it out of --target {}",
+    throw Error(fmt::format("--weights {} is only for targets cpp and replay; leave it out of --target {}",
                             weight_name(options.weights), target));
 }
 

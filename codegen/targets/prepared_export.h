@@ -18,10 +18,10 @@ namespace nlo::codegen {
 
 class PreparedExport {
  public:
-  /// Validates, folds and, in int16, quantises. With `max_error` (as error_limits() reads it), takes the cheapest tanh
-  /// that keeps the largest error of every state in the domain within it, or the most accurate if none does. Only float
-  /// with tanh has a choice. The same model and options give the same export on the same machine. Throws Error, with
-  /// the remedy, if the model cannot be exported with these options.
+  /// Validates, folds and, for int16, quantises the model. With `max_error` (read by error_limits()), selects the
+  /// cheapest tanh with which the largest error of every state in the domain is within the limit, or the most accurate
+  /// tanh if there is none. Only float with tanh has a choice. The same model and options give the same export on the
+  /// same machine. Throws Error, with the remedy, if the model cannot be exported with these options.
   explicit PreparedExport(const Model& model, const ExportOptions& options = {}, const std::string& max_error = "");
 
   const Model& model() const { return model_; }

@@ -48,19 +48,21 @@ const Channel* find(const Role& role, const std::string& given, const std::vecto
       told = told && !channel.unit.empty() && channel.unit.find("deg") == std::string::npos && channel.unit != "°";
     }
     if (is_it && found != nullptr)
-      fail("target simplefoc: {} and {} may each be the {}; say --roles {}=NAME, one of {}", found->name, channel.name,
-           role.key, role.key, known);
+      fail("target simplefoc: both {} and {} could be the {}; write --roles {}=NAME with one of {}", found->name,
+           channel.name, role.key, role.key, known);
     if (is_it) found = &channel;
   }
   if (found == nullptr && !given.empty())
     fail("--roles {}={}: there is no such {}; there are {}{}", role.key, given, role.what, known,
          may_lack ? ", or none" : "");
   if (found == nullptr && !(may_lack && told))
-    fail("target simplefoc: which {} is the {}? One of them in {} would tell; say --roles {}=NAME, one of {}{}",
-         role.what, role.key, role.unit, role.key, known, may_lack ? ", or none" : "");
+    fail(
+        "target simplefoc: no unit or name shows which {} is the {}; give it the unit {}, or write --roles {}=NAME "
+        "with one of {}{}",
+        role.what, role.key, role.unit, role.key, known, may_lack ? ", or none" : "");
   if (found != nullptr && !found->unit.empty() && found->unit != role.unit)
-    fail("--roles {}={}: it is in {}, and SimpleFOC is in {}; train with that unit", role.key, found->name, found->unit,
-         role.unit);
+    fail("--roles {}={}: its unit is {}, but SimpleFOC uses {}; train with that unit", role.key, found->name,
+         found->unit, role.unit);
   return found;
 }
 

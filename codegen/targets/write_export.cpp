@@ -23,9 +23,10 @@ void check_export(const ExportTarget& target, const std::vector<NamedText>& file
   if (target.form == ExportForm::kDirectory) check_directory(output);
   const std::filesystem::path path(output);
   if (target.form == ExportForm::kFiles && path.filename() != files.front().path)
-    throw Error(fmt::format(
-        "{}: target {} writes {} files that include each other by name; write -o {}, or choose their name with --name",
-        output, target.name, files.size(), (path.parent_path() / files.front().path).string()));
+    throw Error(
+        fmt::format("{}: target {} writes {} files that include each other, so their name is fixed; write -o {}, or "
+                    "change the name with --name",
+                    output, target.name, files.size(), (path.parent_path() / files.front().path).string()));
 }
 
 std::vector<std::string> write_export(const ExportTarget& target, const std::vector<NamedText>& files,

@@ -55,8 +55,9 @@ std::string Initialiser::operator()(double value, std::string_view field) const 
   }
   const float rounded = static_cast<float>(value);
   if (!std::isfinite(rounded))
-    throw Error(fmt::format(
-        "{} is {} when folded: beyond the range of float; export with scalar double, or train again", field, value));
+    throw Error(
+        fmt::format("{} is {} when folded, which exceeds the range of float; export with scalar double, or train again",
+                    field, value));
   return literal(rounded);
 }
 

@@ -62,7 +62,7 @@ TEST(C99, WritesInt16AndRefusesWeightsThatItCannotHold) {
   EXPECT_THAT(files[0].text, testing::AllOf(HasSubstr("--scalar int16"), HasSubstr("alpha_dot [rad/s]")));
   EXPECT_THAT(files[1].text,
               testing::AllOf(HasSubstr("static const IN_FLASH int16_t kWeights3"), HasSubstr("kTanhTable")));
-  EXPECT_THAT(error_of(driven_model(), {.name = "", .scalar = ScalarType::kInt16}), HasSubstr("int16 exists for"));
+  EXPECT_THAT(error_of(driven_model(), {.name = "", .scalar = ScalarType::kInt16}), HasSubstr("int16 exists only for"));
   const auto silu = c99(PreparedExport(activation_model("silu"), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(silu[1].text, testing::AllOf(HasSubstr("values[o] = silu_q15("), HasSubstr("kTanhTable")));
   const auto relu = c99(PreparedExport(activation_model("relu"), {.name = "", .scalar = ScalarType::kInt16}));

@@ -163,7 +163,7 @@ TEST(CppHeader, RefusesNumbersBeyondFloat) {
   Model m = luenberger_model();  // its z has no known bound: the runtime checks it in each step
   Network& g = std::get<Luenberger>(m.structure).nonlinearity;
   g.layers[0].weights(2, 1) = 1e39;
-  EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
+  EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("exceeds the range of float")));
   EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
   g.output_scale(0) = 1e300;
   g.layers[1].weights(0, 0) = 1e300;

@@ -97,7 +97,7 @@ TEST_F(Directory, KeepsFilesThatOthersMadeOrChanged) {
   EXPECT_THAT(refusal("file"), HasSubstr("is not a folder"));
   EXPECT_THAT(refusal("file/below"), HasSubstr("file is not a folder"));
   fs::create_directory_symlink("nowhere", path("link"));
-  EXPECT_THAT(refusal("link"), HasSubstr("is a link to a folder that is not there"));
+  EXPECT_THAT(refusal("link"), HasSubstr("is a link to a folder that does not exist"));
   EXPECT_EQ(beside(), 5);
 }
 

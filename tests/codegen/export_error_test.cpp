@@ -80,7 +80,7 @@ TEST(ExportError, RefusesTooFewSamplesAndNamesTheRemedy) {
   Model m = tiny_model();
   m.latent_min = Eigen::Vector2d(0.5, -0.9).cwiseProduct(m.latent_max);  // y cannot be high and low at the same time
   m.latent_max = Eigen::Vector2d(0.6, -0.8).cwiseProduct(m.latent_max);
-  for (const char* part : {"samples lie in the domain of \"tiny\"", "1000 at least", "train again", "latent_min"})
+  for (const char* part : {"samples lie in the domain of \"tiny\"", "needs at least 1000", "train again", "latent_min"})
     EXPECT_THAT(thrown_message([&] { error_in(m, ScalarType::kFloat); }), HasSubstr(part));
 }
 

@@ -108,7 +108,8 @@ TEST(FlightInModelFile, ErrorsNameTheBrokenField) {
               HasSubstr("flight.runs[0]: is a JSON number; expected an object"));
   EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"!", m),
               HasSubstr("flight.runs[0].outputs[0]: is not Base64"));
-  EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"A", m), HasSubstr("has 50 samples and the one before 51"));
+  EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"A", m),
+              HasSubstr("has 50 samples, but the row before has 51"));
   EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"\", \"", m),
               HasSubstr("must have one for each of 2 channels"));
   EXPECT_THAT(refusal("\"output_step\": [", "\"output_step\": [1.0, ", m), HasSubstr("each of 3 channels"));
@@ -125,7 +126,7 @@ TEST(FlightInModelFile, HasALimitOfSamplesAndOfTheirSize) {
     return thrown_message([&] { parse_model(to_json(m), "m.json"); });
   };
   EXPECT_THAT(message([](Flight& f) { f.runs[0].outputs = Eigen::MatrixXi::Zero(1, kMostFlightSamples + 1); }),
-              HasSubstr("flight.runs: have more than 1048576 samples in all; leave some out"));
+              HasSubstr("flight.runs: have more than 1048576 samples in total; leave some out"));
   EXPECT_THAT(message([](Flight& f) {
                 FlightRun half{Eigen::MatrixXi::Zero(1, kMostFlightSamples / 2), Eigen::MatrixXi(), Eigen::VectorXi()};
                 f.runs = {half, half, half};

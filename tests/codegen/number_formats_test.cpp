@@ -118,7 +118,7 @@ TEST(HalfWeights, AreForFloatAndForTheCppTargets) {
   for (const ScalarType scalar : {ScalarType::kDouble, ScalarType::kInt16}) {
     ExportOptions options = with_weights(WeightType::kBfloat16);
     options.scalar = scalar;
-    EXPECT_THAT(refusal_of(tiny_model(), options), HasSubstr("is for --scalar float"));
+    EXPECT_THAT(refusal_of(tiny_model(), options), HasSubstr("needs --scalar float"));
   }
   const ExportOptions options = with_weights(WeightType::kFloat16);
   EXPECT_THROW(c99(PreparedExport(tiny_model(), options)), Error);

@@ -143,7 +143,7 @@ TEST(Quantise, NamesTheSupportedModels) {
   EXPECT_THAT(error_of(luenberger_model()), HasSubstr("structure kkl"));
   Model large = activation_model("silu");
   inverse_map(large)->largest_activations = {1.0, 17.0};
-  EXPECT_THAT(error_of(large), HasSubstr("inverse_map.layers[1] reaches 18.7, and int16 has silu up to 16"));
+  EXPECT_THAT(error_of(large), HasSubstr("inverse_map.layers[1] reaches 18.7, but int16 supports silu only up to 16"));
 }
 
 TEST(Quantise, RefusesHugeWeightsAndNamesTheirLayer) {

@@ -42,10 +42,10 @@ TEST(SimpleFoc, NamesIdentifyChannelsWithoutUnits) {
   Model m = rig_model();
   for (Channel& channel : m.outputs) channel.unit.clear();
   for (Channel& channel : m.states) channel.unit.clear();
-  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle? One of them in rad would tell; say --roles "
-                                       "angle=NAME, one of alpha, load, or none"));
+  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle; give it the unit rad, or write --roles "
+                                       "angle=NAME with one of alpha, load, or none"));
   m.outputs[0].name = "theta";
-  EXPECT_THAT(refusal_of(m), HasSubstr("which state is the velocity?"));
+  EXPECT_THAT(refusal_of(m), HasSubstr("which state is the velocity;"));
   m.states[1].name = "omega";
   EXPECT_THAT(sensor_of(m), HasSubstr("x_hat_[rig_state_omega]"));
 }
@@ -53,18 +53,17 @@ TEST(SimpleFoc, NamesIdentifyChannelsWithoutUnits) {
 TEST(SimpleFoc, AsksForRolesIfSeveralChannelsFit) {
   Model m = rig_model();
   m.states[1].unit = "rad/s";
-  EXPECT_THAT(refusal_of(m),
-              HasSubstr("alpha_dot and load_dot may each be the velocity; say --roles velocity=NAME, one "
-                        "of alpha_dot [rad/s], load_dot [rad/s], phase [rad]"));
+  EXPECT_THAT(refusal_of(m), HasSubstr("both alpha_dot and load_dot could be the velocity; write --roles velocity=NAME "
+                                       "with one of alpha_dot [rad/s], load_dot [rad/s], phase [rad]"));
   EXPECT_THAT(sensor_of(m, "velocity=load_dot"), HasSubstr("x_hat_[rig_state_load_dot]"));
 }
 
 TEST(SimpleFoc, RefusesOtherUnitsAndTurns) {
   Model m = rig_model();
   m.outputs[0].unit = "deg";
-  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle?"));
-  EXPECT_THAT(refusal_of(m, "angle=alpha"), HasSubstr("it is in deg, and SimpleFOC is in rad"));
-  EXPECT_THAT(refusal_of(rig_model(), "velocity=load_dot"), HasSubstr("it is in N/s, and SimpleFOC is in rad/s"));
+  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle;"));
+  EXPECT_THAT(refusal_of(m, "angle=alpha"), HasSubstr("its unit is deg, but SimpleFOC uses rad"));
+  EXPECT_THAT(refusal_of(rig_model(), "velocity=load_dot"), HasSubstr("its unit is N/s, but SimpleFOC uses rad/s"));
   EXPECT_THAT(refusal_of(rig_model(), "velocity=alpha_dot,speed=phase"), HasSubstr("there is no role \"speed\""));
   EXPECT_THAT(refusal_of(rig_model(), "velocity"), HasSubstr("--roles: \"velocity\" is not KEY=VALUE"));
 }

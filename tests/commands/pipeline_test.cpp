@@ -99,9 +99,9 @@ TEST(Program, TrainsEvaluatesAndExports) {
     return scratch.refusal(2,
                            {"export", "runs/tiny/model.json", "--target", target, "--roles", given, "-o", "a_sensor"});
   };
-  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("which state is the velocity?"));
-  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("say --roles velocity=NAME, one of x1, x2"));
-  EXPECT_THAT(roles("simplefoc", "velocity=x2"), HasSubstr("say --roles angle=NAME, one of y, or none"));
+  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("which state is the velocity;"));
+  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("write --roles velocity=NAME with one of x1, x2"));
+  EXPECT_THAT(roles("simplefoc", "velocity=x2"), HasSubstr("write --roles angle=NAME with one of y, or none"));
   EXPECT_THAT(roles("simplefoc", "angle=none,velocity=x3"), HasSubstr("there is no such state; there are x1, x2"));
   EXPECT_THAT(roles("simplefoc", "speed=x2"), HasSubstr("there are angle, velocity"));
   EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 has no roles"));
