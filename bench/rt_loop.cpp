@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
   std::printf("the loop\n");
   for (const Distribution* row : {&late, &jitter}) print_row(*row, 1e3, "us");
   std::printf("%-32s %d of %zu\n", "missed deadlines", timer.missed(), ticks);
-  std::printf("%-32s %ld; thrown off the core %ld times\n\n", "page faults in the loop",
+  std::printf("%-32s %ld; the system took the core away %ld times\n\n", "page faults in the loop",
               after.ru_minflt + after.ru_majflt - before.ru_minflt - before.ru_majflt,
               after.ru_nivcsw - before.ru_nivcsw);
 

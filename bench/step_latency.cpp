@@ -36,7 +36,7 @@ using nlo::bench::sample_of_fleet;
 using nlo::bench::sample_with;
 using nlo::bench::Table;
 
-// NLO_BENCH_PORTABLE: compiled for any CPU of its kind. Its value is how many times longer observers may take then.
+// NLO_BENCH_PORTABLE: compiled for any CPU of its kind. Its value is the factor by which observers may then be slower.
 #if defined(NLO_BENCH_PORTABLE)
 constexpr bool kNative = false;
 constexpr double kMayTake = NLO_BENCH_PORTABLE;

@@ -1,4 +1,4 @@
-# Settings that our own targets link to privately. They are never installed or exported: a user's flags are the user's.
+# Settings that our own targets link to privately. They are never installed or exported, because users choose their own flags.
 
 add_library(nlo_warnings INTERFACE)
 target_compile_options(nlo_warnings INTERFACE

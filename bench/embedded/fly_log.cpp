@@ -45,7 +45,7 @@ int main() {
   std::uint32_t samples = 0, ok = 0, domain_agrees = 0, most = 0;
   std::uint64_t all = 0;
   for (int count = file.read_line(row, kMost); count != 0; count = file.read_line(row, kMost)) {
-    if (count != columns) return fail("flight.csv is not of this observer\n");
+    if (count != columns) return fail("flight.csv belongs to another observer\n");
     const std::uint32_t start = nlo::bench::count_now();
     const int status = step_and_estimate(row[1], y, u, x_hat);
     const std::uint32_t taken = nlo::bench::ticks_since(start);

@@ -45,7 +45,7 @@ class AArch64(Core):
 
     def value(self, operand):
         operand = operand.lstrip("#")
-        if ":lo12:" in operand:  # what adrp has loaded is all of the address here, but for what is added to the name
+        if ":lo12:" in operand:  # adrp has already loaded the address; only the offset is missing
             return self.symbol(operand) & 0xffffff
         if operand in ("xzr", "wzr"):
             return 0

@@ -7,7 +7,7 @@ jump or an address that depends on None is an error.
 
 llvm-mca does not see that a load reads a value that was stored before, and would run the layers of a network in parallel.
 trace() expresses this dependence by a register: after such a store the value moves to a general register, and the load uses
-this register as its address. The time of this move represents that of the way through memory.
+this register as its address. The time of this move represents the time of the store and the load.
 """
 import re
 
@@ -101,15 +101,15 @@ def run(core, code, labels, name):
 
 
 def trace(core, assembly, name, waits=True):
-    """Returns one call of a function of instructions() as text for llvm-mca. With `waits`, registers represent the ways
-    through memory."""
+    """Returns one call of a function of instructions() as text for llvm-mca. With `waits`, registers represent the
+    dependences through memory."""
     done = run(core, *assembly, name)
     text = "\n".join(line for line, *_ in done)
     if not waits:
         return text + "\n"
     free = [register for register in core.general() if not core.uses(text, register)]
     if len(free) < 2:
-        raise Unknown(f"{name} leaves no registers for the ways through memory")
+        raise Unknown(f"{name} leaves no registers for the dependences through memory")
     writer, read_later = {}, {}
     for index, (_, loaded, stored, _) in enumerate(done):
         if loaded:

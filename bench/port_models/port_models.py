@@ -62,14 +62,14 @@ def count(core, assembly, kernel, path, waits):
     arm = core["compiler"].startswith("aarch64")
     text = machine_code.trace(aarch64.AArch64() if arm else x86.X86(), assembly, kernel, waits)
     text = text if arm else x86.loads_apart(text)
-    for wrong, right in core.get("instead", {}).items():  # a load that LLVM gives a port of the products, too
+    for wrong, right in core.get("instead", {}).items():  # loads for which LLVM also reserves a port of the products
         text = re.sub(wrong, right, text)
     path.write_text(text)
     out = said([core["mca"], f"-march={'aarch64' if arm else 'x86-64'}", f"-mcpu={core['of']}", "-iterations=1",
                 "-instruction-info=0", path])
     cycles, least = int(re.search(r"Total Cycles: +(\d+)", out)[1]), pressure.least_cycles(out)
     if least > cycles:
-        raise machine_code.Unknown(f"{kernel} takes {cycles} cycles, fewer than the {least} that its ports are said to need")
+        raise machine_code.Unknown(f"{kernel} takes {cycles} cycles, fewer than the {least} that its ports need by llvm-mca")
     return cycles, least
 
 
@@ -126,7 +126,7 @@ def differences(now, before):
             elif abs(new["cycles"] / old["cycles"] - 1) > TOLERANCE:
                 yield f"{name}: {kernel} takes {new['cycles']} cycles, counted.json has {old['cycles']}"
             elif old["met"] and not new["met"]:
-                yield f"{name}: {kernel} reaches {new['share']} of its limit, and held its gate before"
+                yield f"{name}: {kernel} reaches {new['share']} of its limit, but reached its goal before"
 
 
 def arguments():
@@ -182,7 +182,7 @@ def main():
         for line in changed:
             print(line, file=sys.stderr)
         if changed:
-            fail("where that is meant: bench/port_models/port_models.py --write", 1)
+            fail("if this change is intended, run bench/port_models/port_models.py --write", 1)
 
 
 if __name__ == "__main__":

@@ -12,12 +12,14 @@ VECTOR = re.compile(r"%([xyz])mm(\d+)")
 
 
 PRODUCT = re.compile(r"(v(?:fn?m(?:add|sub)\d+|add|sub|mul|div|max|min)([ps]s))\t([^%]*\(.*?\))(\{1to\d+\})?(, .*%([xyz])mm\d+)")
-FAR, NEVER = 40, -1000  # instructions, in which a load has come; nobody reads a register any more
+# FAR: after so many instructions a load has arrived. NEVER: the position of the next read of a register that is not read again.
+FAR, NEVER = 40, -1000
 
 
 def loads_apart(text):
-    """A load that is part of a product as an instruction before it: hardware lets it go ahead, llvm-mca has it begin when
-    both factors are there. It goes into the vector register that is read again last: when that is, it has long come."""
+    """Returns the text with each load that is part of a product as a separate instruction before the product. Hardware starts
+    such a load early, but llvm-mca starts it only when both factors are available. The load uses the vector register whose next
+    read is the furthest away, so the value has arrived long before that read."""
     lines, read_at = [], {n: NEVER for n in range(32 if "%zmm" in text else 16)}
     for at, line in enumerate(reversed(text.splitlines())):
         numbers = [int(number) for _, number in VECTOR.findall(line)]

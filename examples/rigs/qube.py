@@ -19,7 +19,7 @@ def main():
     checkout, out = logs.folders(sys.argv, __doc__)
     archive = checkout / "Data/QQS2_data_diffx0.zip"
     if not archive.is_file():
-        logs.fail(f"{archive} is not there (git lfs pull?)")
+        logs.fail(f"{archive} does not exist; git lfs pull may fetch it")
     found = 0
     with zipfile.ZipFile(archive) as members:
         for member in sorted(members.namelist()):

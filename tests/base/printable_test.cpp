@@ -62,7 +62,7 @@ TEST(NearestName, ReturnsTheFirstOfEquallyNearNames) {
   EXPECT_EQ(nearest_name("ab1", {"ab2", "ab3"}), "ab2");
 }
 
-TEST(NearestName, DoesNotGuessWildly) {
+TEST(NearestName, ReturnsNothingIfEveryNameIsFar) {
   EXPECT_EQ(nearest_name("voltage", {"theta", "time"}), "");
   EXPECT_EQ(nearest_name("x", {}), "");
 }

@@ -117,7 +117,7 @@ TEST(RandomLanes, TenMillionNormalNumbersHaveTheMomentsTheDistributionAndTheTail
   const double four = 2.0 * normal_cdf(-4.0) * n;
   EXPECT_NEAR(static_cast<double>(beyond_three), three, kSigmas * std::sqrt(three));
   EXPECT_NEAR(static_cast<double>(beyond_four), four, kSigmas * std::sqrt(four));
-  // u has 24 bits: the largest radius is sqrt(2 ln 2^24) = 5.768, met once in 2^24 pairs.
+  // u has 24 bits: the largest radius is sqrt(2 ln 2^24) = 5.768, which occurs once in 2^24 pairs.
   EXPECT_LT(sample.largest, 5.77);
   EXPECT_GT(sample.largest, 4.8);
 }
@@ -192,7 +192,7 @@ TEST(RandomLanes, DrawingManyPairsEqualsDrawingThemOneByOne) {
 }
 
 TEST(RandomLanes, NormalNumbersAreFiniteForTheSmallestAndLargestUniformNumber) {
-  // Search found seeds whose first draw is the edge value: one in 2^21.
+  // A search found these seeds, whose first draw is the smallest or the largest number. One seed in 2^21 has that.
   bool zero = false;
   bool one = false;
   for (std::uint64_t seed = 0; seed < (1U << 26) && !(zero && one); ++seed) {

@@ -88,7 +88,7 @@ TEST(StreamSeed, ChangesWithEachOfItsParts) {
 
 TEST(StreamSeed, NeighbouringStreamsAreUncorrelated) {
   constexpr int kDraws = 100'000;
-  // The correlation of independent numbers has a standard deviation of 1 / sqrt(draws); five of them never occur.
+  // The correlation of independent numbers has a standard deviation of 1 / sqrt(draws). It never exceeds five of these.
   const double limit = 5.0 / std::sqrt(8.0 * kDraws);
   RandomLanes base(stream_seed(1, Purpose::kNoise, 7, 3));
   RandomLanes others[] = {

@@ -95,8 +95,8 @@ TEST(TransientRidge, LargeEarlyErrorsDoNotChangeTheSettledMap) {
 
 TEST(TransientRidge, EqualsThePlainFitIfErrorsAreTheSameAtAllTimes) {
   const Runs runs([](int) { return 2.0; }, [](int) { return 0.5; });
-  // Each octave of time has the same weight, instead of each sample: the same slope from fewer samples, within their
-  // noise.
+  // Each octave of time has the same weight, not each sample. Fewer samples then count, so the slope agrees only within
+  // their noise.
   EXPECT_NEAR(runs.fit(runs.u)(0, 1), runs.plain_fit(runs.u)(0, 1), 0.03);
 }
 

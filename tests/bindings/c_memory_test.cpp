@@ -72,7 +72,7 @@ void expect_reference_bits(const Model& m, const Flown& flown) {
   }
 }
 
-TEST(StepMemory, ALoopAllocatesNothingElseForAnyStructure) {
+TEST(StepMemory, ALoopTakesNoOtherMemoryForAnyStructure) {
   std::vector<Model> models = example_models();
   models.push_back(mixed_model());
   for (const Model& m : models)
@@ -89,7 +89,7 @@ TEST(StepMemory, ALoopAllocatesNothingElseForAnyStructure) {
     }
 }
 
-TEST(StepMemory, BelongsToTheObserverInsteadOfItsThread) {
+TEST(StepMemory, BelongsToTheObserverAndNotToItsThread) {
   const Model m = rig_model();
   ModelPointer model = loaded(to_json(m));
   ObserverPointer first(nlo_observer_create(model.get(), NLO_FLOAT)), second(nlo_observer_copy(first.get()));

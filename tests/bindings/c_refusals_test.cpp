@@ -18,8 +18,8 @@ namespace {
 
 TEST(CInterfaceRefusals, RefusesTruncatedModels) {
   const std::string json = to_json(tiny_model());
-  for (std::size_t size = 0; size + 2 < json.size();
-       ++size) {  // without the last two bytes, brace and newline, only the brace is missing
+  // The last two bytes are a brace and a newline.
+  for (std::size_t size = 0; size + 2 < json.size(); ++size) {
     ASSERT_EQ(nlo_model_from_bytes(json.data(), size), nullptr) << size << " of " << json.size();
     ASSERT_NE(std::string(nlo_last_error()), "");
   }

@@ -168,7 +168,7 @@ void expect_arrays(const ActivationRow& row, double tolerance) {
   const ActivationArray<Scalar> slopes = activation_slopes<Scalar>(row.kind, v, a);
   for (Eigen::Index i = 0; i < v.size(); ++i) {
     const auto at = static_cast<double>(v(i));
-    const double allowed = tolerance * std::max(1.0, std::abs(at));  // an error of a function, times v
+    const double allowed = tolerance * std::max(1.0, std::abs(at));  // SiLU multiplies the error of its function by v
     EXPECT_NEAR(static_cast<double>(a(i)), row.value(at), allowed) << at;
     EXPECT_NEAR(static_cast<double>(slopes(i)), row.slope(at), allowed) << at;
   }

@@ -55,7 +55,7 @@ deterministic=(commanded commanded_int16 computed failing failing_rig failing_in
 for name in "${coarse[@]}"; do
   grep -q "make_mlp<Activation::kTanh5e5>" "$work/$name.h" || { echo "$name.h does not have the tanh within 5e-5"; exit 1; }
 done
-for name in van_der_pol rig rig_double rig_bf16 rig_int16 pendulum general driven driven_double; do # alone: a header must not need another one before it
+for name in van_der_pol rig rig_double rig_bf16 rig_int16 pendulum general driven driven_double; do # compiled alone, because a header must not depend on headers before it
   "$compiler" "${strict[@]}" -fsyntax-only -include "$work/$name.h" -x c++ /dev/null
 done
 

@@ -43,7 +43,7 @@ TEST(Evaluate, ManyTestSetsAndTrainingSeedsHaveStandardErrors) {
   EXPECT_NEAR(run({"--seeds", "3", "--seed", "4"})[0]["norm"].get<double>(), sum / 3.0, 1e-12);
 }
 
-TEST(Evaluate, OnlyTheTrueFilterKnowsAChangedPlant) {
+TEST(Evaluate, OnlyTheFilterWithTrueParametersFollowsAChangedPlant) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   scratch.ok({"train", "tiny.toml", "-q", "-o", "a"});

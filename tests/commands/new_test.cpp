@@ -284,7 +284,7 @@ TEST(DraftProgram, DerivesFromLogs) {
   double phase = 0.0;
   for (const char* file : {"a.csv", "b.csv", "c.csv"}) scratch.write(std::string("logs/") + file, tiny_log(phase++));
   const auto train = scratch.run({"train", "draft.toml", "--data", "logs", "--set", "training.steps=20", "-o", "r"});
-  EXPECT_NE(train.exit_code, 2) << train.err;  // may be 1: so few steps need not improve the model
+  EXPECT_NE(train.exit_code, 2) << train.err;  // 1 if so few steps do not improve the model
   EXPECT_THAT(scratch.read("r/derived.toml"), AllOf(HasSubstr("learn_eigenvalues = false"), HasSubstr("clocks_s = [")));
 }
 

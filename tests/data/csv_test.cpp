@@ -271,7 +271,7 @@ TEST(Csv, RefusesQuotesThatDoNotClose) {
   EXPECT_THAT(error_in("a,b\n1,\"2\"x\n"), HasSubstr("a.csv:2: text follows a closing quote"));
 }
 
-TEST(Csv, StaysValidAfterMovesOfShortTexts) {
+TEST(Csv, IsStillValidIfATableOfShortTextIsMoved) {
   CsvTable table = parse("a\n1\n");
   const CsvTable moved = std::move(table);
   EXPECT_EQ(moved.column("a")[0], 1.0);

@@ -155,7 +155,7 @@ TEST_F(RealLogs, DoublePendulumLoadsWithItsGaps) {
   int gaps = 0;
   for (const TimeStampReport& file : splits.report.files) gaps += file.gaps;
   EXPECT_EQ(gaps, 8 + 17 + 15 + 7);
-  EXPECT_FALSE(splits.train.uniform);  // its pauses of 3 to 8 ms stay as stamped
+  EXPECT_FALSE(splits.train.uniform);  // its pauses of 3 to 8 ms keep their time stamps
   EXPECT_EQ(splits.train.trajectories.size(), 3u);
   // Without delay: more accurate than the logged backward differences, so both agree within the noise of the latter.
   const CsvTable table = CsvTable::read(directory("double_pendulum") + "/trajectory_03.csv");

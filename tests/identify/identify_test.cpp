@@ -95,7 +95,7 @@ TEST(Identify, EqualsLinearRegressionIfTheOutputIsLinear) {
     EXPECT_EQ(result.segments, 4);
     EXPECT_NEAR(result.degrees_of_freedom, levels ? 114.0 : 118.0, 1e-3);
     for (const auto& [name, i] : {std::pair{"a", 0}, std::pair{"b", 1}}) {
-      // Forward differences of 1e-7, and levels that their prior deviation of 1e4 hardly holds.
+      // Forward differences of 1e-7, and levels that their prior deviation of 1e4 hardly limits.
       EXPECT_NEAR(parameter(result, name).value, b[i], 1e-5);
       EXPECT_NEAR(parameter(result, name).standard_error, std::sqrt(covariance(i, i)), 1e-5);
     }

@@ -147,7 +147,7 @@ TEST(JobsLog, IsOneLineWithShareModelsAndTimes) {
   EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to estimate the time left
 }
 
-/// The log of a run of 200 advances.
+/// The log of a run that advances 200 times.
 std::string logged_run() {
   std::FILE* file = std::tmpfile();
   {

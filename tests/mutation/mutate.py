@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Mutation check: changes one token of a source, builds the tests that cover it, and looks whether one of them fails.
+"""Mutation check: changes one token of a source, builds the tests that cover it, and checks that one of them fails.
 
 usage: tests/mutation/mutate.py [--count N] [--seed S] [--minutes M] [--only FOLDER...] [--here] [--list]
 

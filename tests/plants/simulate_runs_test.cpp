@@ -51,7 +51,7 @@ Dataset runs_of(const Experiment& e, Eigen::Index count, std::uint64_t seed = 1,
   return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(seed, SeedStream::kTest), count, 1.0, given);
 }
 
-TEST(SimulateRuns, WithoutDrawsGiveTheBytesOfSimulate) {
+TEST(SimulateRuns, GiveTheBytesOfSimulateIfNothingIsDrawn) {
   const Experiment e = experiment(kLag);
   const auto plant = make_plant(*e.plant);
   const Dataset a = runs_of(e, 5);

@@ -116,7 +116,7 @@ TEST_F(Reproduction, LorenzMeasurementsHaveTheStatedNoiseAndATunedFilterFollowsT
               HasSubstr("\"Lorenz, decimated\",\"EKF, tuned\",MSE [dB],test,figure,,"));
 }
 
-TEST_F(Reproduction, AnExamWithoutItsLogsIsRefusedAndTheErrorNamesTheOption) {
+TEST_F(Reproduction, ABenchmarkWithoutItsLogsIsRefusedAndTheErrorNamesTheOption) {
   Request request = tiny();
   request.what = "charge";
   EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("name the folder that holds battery/ by --data"));

@@ -56,7 +56,7 @@ TEST(Measurement, IsReplacedByTheLastGoodOneIfNotFinite) {
   }
 }
 
-TEST(Measurement, MissedCountsAsNotFinite) {
+TEST(Measurement, CountsAsNotFiniteIfItIsMissed) {
   Observer missed(kModel), not_finite(kModel);
   for (Observer* observer : {&missed, &not_finite}) ASSERT_EQ(observer->step(1.0F), StepStatus::kOk);
   for (int k = 0; k < 5; ++k) {
@@ -65,7 +65,7 @@ TEST(Measurement, MissedCountsAsNotFinite) {
   }
 }
 
-TEST(Measurement, HeldTooOftenInARowIsStaleUntilAGoodOne) {
+TEST(Measurement, IsStaleAfterTooManyHeldInARowUntilAGoodOne) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int round = 0; round < 3; ++round) {
@@ -77,7 +77,7 @@ TEST(Measurement, HeldTooOftenInARowIsStaleUntilAGoodOne) {
   }
 }
 
-TEST(Measurement, HeldForAnyTimeStaysStale) {
+TEST(Measurement, StaysStaleForAnyTimeItIsHeld) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int k = 0; k < 2; ++k) ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
@@ -85,7 +85,7 @@ TEST(Measurement, HeldForAnyTimeStaysStale) {
     ASSERT_EQ(observer.step(kNan), StepStatus::kStale) << k;  // more than 16 bits can count
 }
 
-TEST(Measurement, BadBeforeTheFirstGoodOneDoesNotStartTheObserver) {
+TEST(Measurement, DoesNotStartTheObserverIfItIsBad) {
   Observer observer(kModel);
   const auto fresh = observer.save();
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
@@ -97,7 +97,7 @@ TEST(Measurement, BadBeforeTheFirstGoodOneDoesNotStartTheObserver) {
   EXPECT_EQ(observer.save().started, 1);
 }
 
-TEST(Measurement, OutOfRangeIsClampedToTheRange) {
+TEST(Measurement, IsClampedToItsRange) {
   for (const float sign : {1.0F, -1.0F}) {
     for (const float size : {10.0000010F, 11.0F, 1e30F, std::numeric_limits<float>::max()}) {
       Observer observer(kModel), at_limit(kModel);
@@ -120,7 +120,7 @@ TEST(Measurement, HeldAndClampedOnesAreCountedTogether) {
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
 }
 
-TEST(Measurement, ClampedForATimeConstantIsOutOfRangeUntilAGoodOne) {
+TEST(Measurement, IsOutOfRangeAfterATimeConstantOfClampingUntilAGoodOne) {
   Observer observer(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   for (int round = 0; round < 3; ++round) {
@@ -131,7 +131,7 @@ TEST(Measurement, ClampedForATimeConstantIsOutOfRangeUntilAGoodOne) {
   }
 }
 
-TEST(Measurement, ClampedIsOutsideOfTheDomain) {
+TEST(Measurement, IsOutsideOfTheDomainIfItIsClamped) {
   auto model = kModel;
   for (int r = 0; r < 3; ++r) {
     model.domain.latent_min[r] = -1e3F;
@@ -148,7 +148,7 @@ TEST(Measurement, ClampedIsOutsideOfTheDomain) {
   EXPECT_TRUE(observer.in_domain());
 }
 
-TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndResetsTheCount) {
+TEST(Measurement, HasTheStatusOfTheMissedSamplesAfterAGapAndResetsTheCount) {
   constexpr float kPeriod = 0.02F;  // stale after 3
   auto model = kModel;
   for (int r = 0; r < 3; ++r) {
@@ -182,7 +182,7 @@ TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndResetsTheCount) {
   }
 }
 
-TEST(Measurement, MissedBeforeAndInAGapAreCountedTogether) {
+TEST(Measurement, MissedSamplesBeforeAndInAGapAreCountedTogether) {
   Observer observer(kModel), other(kModel);
   ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
   ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
@@ -194,7 +194,7 @@ TEST(Measurement, MissedBeforeAndInAGapAreCountedTogether) {
   EXPECT_EQ(other.step(1.0F, 0.5F), StepStatus::kOk) << "no sample can be missed before the first measurement";
 }
 
-TEST(Measurement, SubnormalIsUsedUnchanged) {
+TEST(Measurement, IsUsedUnchangedIfItIsSubnormal) {
   Observer observer(kModel);
   for (const float y : {1e-45F, -1e-45F, 1e-39F, std::numeric_limits<float>::denorm_min(), -0.0F}) {
     EXPECT_EQ(observer.step(y), StepStatus::kOk);
@@ -203,7 +203,7 @@ TEST(Measurement, SubnormalIsUsedUnchanged) {
   }
 }
 
-TEST(Measurement, BadInOneChannelDoesNotAffectTheOther) {
+TEST(Measurement, DoesNotAffectTheOtherChannelIfItIsBad) {
   const auto model = angle_model<float>();
   AngleObserver observer(model);
   ASSERT_EQ(observer.step({{0.5F, 0.25F}}), StepStatus::kOk);
@@ -219,7 +219,7 @@ TEST(Measurement, BadInOneChannelDoesNotAffectTheOther) {
   EXPECT_EQ(observer.step({{0.75F, 2.0F}}), StepStatus::kClamped);
 }
 
-TEST(Measurement, OutOfRangeOfAnAngleIsHeldInsteadOfClamped) {
+TEST(Measurement, OfAnAngleIsHeldInsteadOfClampedIfItIsOutOfRange) {
   const auto model = angle_model<float>();
   AngleObserver observer(model);
   ASSERT_EQ(observer.step({{0.5F, 0.0F}}), StepStatus::kOk);

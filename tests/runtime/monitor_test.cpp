@@ -250,7 +250,7 @@ TEST(Monitor, ReplacesAMissingOrRejectedMeasurementByThePrediction) {
 }
 
 TEST(Monitor, ReplacedMeasurementsCountAsMissing) {
-  // The observer's status is kOk, so this alarm alone tells.
+  // The observer's status is kOk, so only this alarm reports it.
   Model m = quiet_model();
   m.replaces[0] = 1;
   m.missing_limit[0] = 0.15;

@@ -66,7 +66,7 @@ void expect_closed_form(const Make& make) {
   }
 }
 
-TEST(LuenbergerObserver, WithoutANonlinearityEqualsTheMatrixExponential) {
+TEST(LuenbergerObserver, EqualsTheMatrixExponentialIfItIsLinear) {
   expect_closed_form([](double scale) { return luenberger_model<double>(scale); });
   const auto narrow = luenberger_model<float>(0.0);
   EXPECT_LT((distance_to_closed_form<LuenbergerObserver<decltype(narrow)>>(narrow, Hold::kFirstOrder)), kInFloat);
@@ -74,7 +74,7 @@ TEST(LuenbergerObserver, WithoutANonlinearityEqualsTheMatrixExponential) {
   EXPECT_GT((distance_to_closed_form<LuenbergerObserver<decltype(control)>>(control, Hold::kFirstOrder)), 1e-4);
 }
 
-TEST(GeneralObserver, WithALinearFEqualsTheMatrixExponential) {
+TEST(GeneralObserver, EqualsTheMatrixExponentialIfFIsLinear) {
   expect_closed_form([](double scale) { return general_model<double>(scale); });
   const auto narrow = general_model<float>(0.0);
   EXPECT_LT((distance_to_closed_form<GeneralObserver<decltype(narrow)>>(narrow, Hold::kFirstOrder)), kInFloat);

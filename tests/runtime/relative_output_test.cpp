@@ -139,7 +139,7 @@ TEST(RelativeOutput, FollowsAnEncoderAt120RadPerSecondFor20Minutes) {
   check.operator()<Arithmetic::kDeterministic>();
 }
 
-TEST(RelativeOutput, WithoutAWrapIsClampedAndReported) {
+TEST(RelativeOutput, IsClampedAndReportedIfItHasNoWrap) {
   const Flown clamped = fly<Arithmetic::kFast>(encoder_model<float>(0.0), Count::kAll, 20.0);
   EXPECT_EQ(clamped.worst, StepStatus::kOutOfRange);
   EXPECT_TRUE(clamped.left_domain);

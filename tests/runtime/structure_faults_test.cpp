@@ -304,7 +304,7 @@ TEST(DrivenKklObserver, AnExtremeInputIsNotUsed) {
   EXPECT_EQ(observer.step({{1.0F}}, {{0.1F, 0.2F}}), StepStatus::kOk);
 }
 
-TEST(DrivenKklObserver, AnInputThatIsNotANumberHoldsTheLast) {
+TEST(DrivenKklObserver, HoldsTheLastInputIfOneIsNotANumber) {
   const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
   DrivenKklObserver observer(model), other(model);
   ASSERT_EQ(observer.step({{1.0F}}, {{0.5F, -1.0F}}), StepStatus::kOk);

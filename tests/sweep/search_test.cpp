@@ -36,7 +36,7 @@ std::set<std::string> structures_of(const Experiment& base, int draws) {
   return found;
 }
 
-TEST(Draws, RoundToThreeDigitsAsAPersonWrites) {
+TEST(Draws, AreRoundedToThreeDigits) {
   EXPECT_EQ(rounded(0.123456), 0.123);
   EXPECT_EQ(rounded(-987.65), -988.0);
   EXPECT_EQ(rounded(3e-9), 3e-9);

@@ -259,7 +259,7 @@ TEST(Folds, NoLogIsLeftOutIfThereIsNothingToChoose) {
   EXPECT_TRUE(folds_of_logs(experiment_of_logs(4), logs_with_a_level_each(2, 1)).empty());
 }
 
-TEST(LeftOut, AnOverfittedNetworkIsNotShipped) {
+TEST(LeftOut, AnOverfittedNetworkIsNotUsed) {
   const Dataset training = logs_with_a_level_each(6, 1);
   const TrainingResult by_its_own = train_with_folds(experiment_of_logs(0), training, training, {});
   const TrainingResult by_groups = train_with_folds(experiment_of_logs(3), training, training, {});

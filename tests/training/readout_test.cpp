@@ -92,7 +92,7 @@ Dataset positions(const std::vector<int>& samples, unsigned seed) {
   return data;
 }
 
-TEST(Readout, ANoisySensorIsAnAlternativeForItsState) {
+TEST(Readout, ANoisySensorCompetesWithTheNetworkForItsState) {
   Experiment experiment = short_experiment(ReadoutChoice::kSelected);
   experiment.training.noise = {NoiseKind::kGaussian, 0.2};
   const StateReadout position = trained(experiment).readout[0];

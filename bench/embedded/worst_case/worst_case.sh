@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The most instructions of each call of an observer with the deterministic policy, seen on an emulated core over inputs that
-# look for it (seen.cpp). Prints the table of README.md and checks that no figure has changed by more than 5 %.
+# The most instructions of each call of an observer with the deterministic policy, seen on an emulated core over the inputs
+# that seen.cpp tries. Prints the table of README.md and checks that no figure has changed by more than 5 %.
 #   usage: worst_case.sh BUILDS [CORE[:NETWORK,...]...]      BUILDS/CORE holds the cross build of each core;
 #                                                            `exported`: all of BUILDS/CORE/models
 #          worst_case.sh BUILDS --write bench/embedded/worst_case/README.md     all of them

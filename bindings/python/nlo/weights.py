@@ -86,7 +86,7 @@ def _pairs(layers: Any) -> list[tuple[Array, Array]]:
         layers = [(layers[stem + "weight"], layers[stem + "bias"]) for stem in stems]
     pairs = [(_array(weights), _array(bias)) for weights, bias in layers]
     if not pairs:
-        raise Error("layers: there is none")
+        raise Error("layers: there are no layers")
     for index, (weights, bias) in enumerate(pairs):
         if weights.ndim != 2 or bias.shape != weights.shape[:1]:
             raise Error(f"layers[{index}]: weights {weights.shape} and bias {bias.shape}: they must be n_out x n_in and "

@@ -69,7 +69,7 @@ class Models(unittest.TestCase):
         model = nlo.Model.load(VAN_DER_POL)
         y = np.sin(0.05 * np.arange(400))
         run = model.run(y, precision="double")
-        # dz/dt = D z + F y between ramps of y, by small steps of RK4: (4/s * 20 ms / 20)^4 / 120 is 1e-12
+        # dz/dt = D z + F y, with y a ramp between samples, by small steps of RK4: (4/s * 20 ms / 20)^4 / 120 is 1e-12
         z, h = run.z[0], model.sample_period_s / 20
         for k in range(399):
             for i in range(20):

@@ -214,7 +214,7 @@ class Maps(InAFolder):
                               ([(w0, b0), (w1[:, :3], b1)], r"layers\[1\] reads 3 numbers, the one before it gives 8"),
                               ([(w0, b0), (w1[:1], b1[:1])], "the model estimates 2 states"),
                               ([(w0, b0[:3]), (w1, b1)], r"layers\[0\]: weights \(8, 6\) and bias \(3,\)"),
-                              ([], "there is none"), ({"a.weight": w0}, "a.bias is missing"),
+                              ([], "there are no layers"), ({"a.weight": w0}, "a.bias is missing"),
                               ({"lstm.weight_ih_l0": w0}, "T\\* is an MLP"),
                               ([(np.full_like(w0, np.nan), b0), (w1, b1)], "weights")):
             with self.assertRaisesRegex(nlo.Error, words):

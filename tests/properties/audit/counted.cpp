@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A thousand samples of one kind through an observer with the deterministic policy, for instruction_count.sh.
-//   usage: counted KIND     one of the kinds of measurements() below; prints the statuses of the samples|-DANGLE: the
-//   measurement is an angle. Controls that must be noticed: -DCONTROL=1, work for only some of the samples;
-//   -DCONTROL=2, the fast policy, which branches.
+//   usage: counted KIND     one of the kinds of measurements() below; prints the statuses of the samples
+// -DANGLE: the measurement is an angle. Controls that must be detected: -DCONTROL=1, work for only some of the samples;
+// -DCONTROL=2, the fast policy, which branches.
 #include <array>
 #include <cstdint>
 #include <cstdio>
