@@ -18,12 +18,12 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
       ny_(static_cast<int>(texts.outputs.size())),
       nu_(static_cast<int>(inputs.size())) {
   if (states.size() > kMostStates || inputs.size() > kMostInputs)
-    fail("equations have {} states and {} inputs; {} and {} are the most", states.size(), inputs.size(), kMostStates,
-         kMostInputs);
+    fail("equations have {} states and {} inputs; at most {} and {} are allowed", states.size(), inputs.size(),
+         kMostStates, kMostInputs);
   if (texts.outputs.size() > kMostOutputs)
-    fail("equations have {} outputs; {} are the most", texts.outputs.size(), kMostOutputs);
+    fail("equations have {} outputs; at most {} are allowed", texts.outputs.size(), kMostOutputs);
   if (texts.parameters.size() > kMostParameters)
-    fail("equations have {} parameters; {} are the most", texts.parameters.size(), kMostParameters);
+    fail("equations have {} parameters; at most {} are allowed", texts.parameters.size(), kMostParameters);
   if (texts.derivative.size() != states.size())
     fail("equations.derivative has {} expressions, but there are {} states; give one for each", texts.derivative.size(),
          states.size());

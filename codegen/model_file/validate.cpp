@@ -231,7 +231,7 @@ void check_flight(const Model& m) {
   if (!(f.dt_step_s > 0.0) || !std::isfinite(f.dt_step_s))
     fail("flight.dt_step_s is {}; it must be positive", f.dt_step_s);
   if (f.samples() > kMostFlightSamples)
-    fail("flight.runs have {} samples; leave some out, {} are the most", f.samples(), kMostFlightSamples);
+    fail("flight.runs have {} samples; leave some out, at most {} are allowed", f.samples(), kMostFlightSamples);
   for (std::size_t i = 0; i < f.runs.size(); ++i) {
     const FlightRun& run = f.runs[i];
     const Eigen::Index samples = run.outputs.cols();

@@ -169,7 +169,7 @@ TEST(ExpressionPlant, ErrorsNameTheExpressionAndThePosition) {
   config.derivative[1] = " ";
   EXPECT_THAT(error_of(config), HasSubstr("empty"));
   config.derivative[1] = std::string(5000, '(');
-  EXPECT_THAT(error_of(config), HasSubstr("4000 are the most"));
+  EXPECT_THAT(error_of(config), HasSubstr("at most 4000 are allowed"));
 }
 
 TEST(ExpressionPlant, RefusesCountsAndNamesThatDoNotFit) {

@@ -34,12 +34,12 @@ broken() {
   if [[ -e rig_broken.h || -e rig_broken.c ]]; then fail "$1: something was written"; fi
 }
 broken 'a sign of the step' 's/z\[r\] += change\[r\]/z[r] -= change[r]/' 'sample .* of the replay gives'
-broken 'a bias that is left out' 's/sum0 = bias\[0\]/sum0 = 0.0f/' 'a larger difference than the .* explains'
-broken 'a status' 's/now = counted_on(health\[j\], 1U, 1U)/now = 0U/' 'the status .*, and the model'
-broken 'another order of a sum' 's/total += weights\[i\] \* in\[i\]/total = (weights[i] * in[i] * 1.0000002f) + total/' 'to the bit'
+broken 'a bias that is left out' 's/sum0 = bias\[0\]/sum0 = 0.0f/' 'the difference exceeds .* explains'
+broken 'a status' 's/now = counted_on(health\[j\], 1U, 1U)/now = 0U/' 'the status .*, but the model'
+broken 'another order of a sum' 's/total += weights\[i\] \* in\[i\]/total = (weights[i] * in[i] * 1.0000002f) + total/' 'bit for bit'
 broken 'no program' 's/^typedef float Scalar;/typedef float/' 'install a C compiler'
 if CC="$work/none" "$nlo" export rig.json --target c99 --check --name none -o none.h 2>none.log; then fail 'a compiler that is not there'; fi
 grep -q 'in CC' none.log || fail "none: $(cat none.log)"
 if "$nlo" export rig.json --target replay --check -o r.h 2>replay.log; then fail 'an export without observer'; fi
-grep -q 'leave it out' replay.log || fail "replay: $(cat replay.log)"
+grep -q 'leave --check out' replay.log || fail "replay: $(cat replay.log)"
 exit $failed

@@ -126,7 +126,7 @@ refused 'log the results of estimate\(\), or name the columns' "$model" edited.c
 same "$model" edited.csv --column x1_hat=a --column x2_hat=b
 refused 'expected NAME=HEADING' "$model" "$log" --column x1_hat
 refused 'could not be started.*name yours with --compiler' "$model" "$log" --compiler /no/such/cc
-refused 'what flew is c99' "$model" "$log" --target arduino
+refused 'only c99 .* can be replayed' "$model" "$log" --target arduino
 same "$model" "$log" -o again.csv
 head -1 again.csv | grep -qx 'x1_hat,x2_hat,status,in_domain' || fail 'the replayed estimates have another heading'
 exit "$failed"

@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"SeedTwice", "seeds = [1, 2, 1]", "plan.toml:2: seeds has 1 twice"},
         Refusal{"KeyTwice", "[grid]\na.b = [1, 2]\n[[zip]]\na.b = [1]\n",
                 "plan.toml:5: a.b is varied already, in plan.toml:3"},
-        Refusal{"UnevenZip", "[[zip]]\na = [1, 2]\nb = [1]\n", "plan.toml:4: [[zip]] b has 1 values and a has 2"},
+        Refusal{"UnevenZip", "[[zip]]\na = [1, 2]\nb = [1]\n", "plan.toml:4: [[zip]] b has 1 values, but a has 2"},
         Refusal{"EmptyZip", "[[zip]]\n", "[[zip]] has no keys"},
         Refusal{"GridIsNoSection", "grid = 3", "it must be a section: [grid]"},
         Refusal{"PointIsNoTable", "point = [3]", "plan.toml:2: point is an integer; each one is a table"},
@@ -133,7 +133,7 @@ TEST(SweepPlan, HasALimitOfJobs) {
   const std::string axes = "a = [" + values + "]\nb = [" + values + "]\n";
   EXPECT_THAT(parse("[grid]\n" + axes).points, SizeIs(kMostSweepJobs));
   EXPECT_THAT(thrown_message([&] { parse("seeds = [1, 2]\n[grid]\n" + axes); }),
-              HasSubstr("plan.toml: 20000 jobs (100 x 100, 2 seeds); 10000 are the most"));
+              HasSubstr("plan.toml: 20000 jobs (100 x 100, 2 seeds); at most 10000 are allowed"));
   std::string many = "[grid]\n";  // 100^20 points: neither the points fit into memory nor their number into 64 bits
   for (int i = 0; i < 20; ++i) many += "k" + std::to_string(i) + " = [" + values + "]\n";
   EXPECT_THROW(parse(many), codegen::Error);

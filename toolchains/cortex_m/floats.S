@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Arithmetic of single-precision floats for cores that have none of it (ARMv6-M: Cortex-M0, M0+, M1), by the names that
-// compilers call: a quarter of the flash that libgcc takes. The same bits as an FPU: IEEE 754, rounded to nearest and
-// ties to even, denormals and infinities included. Which not-a-number comes out is not told by the standard, nor kept.
-// Link it, and the compiler's library is not asked.
+// Arithmetic of single-precision floats for cores without an FPU (ARMv6-M: Cortex-M0, M0+, M1). The functions have the
+// names that compilers call, and take a quarter of the flash of those in libgcc. Their results have the same bits as those
+// of an FPU: IEEE 754, rounded to nearest and ties to even, with denormals and infinities. Only the bits of NaN may differ,
+// because the standard does not fix them. If this file is linked, it replaces the functions of the compiler's library.
 //
-// Within it a number is
-//   r0  its sign in bit 31
-//   r2  its significand, bit 31 set, or not where it is a denormal and r4 is 1; the last bit stands for all that is lost
-//   r4  the biased exponent of bit 31
+// Inside these functions a number is stored as
+//   r0  sign in bit 31
+//   r2  significand; bit 31 is set, except for a denormal, whose r4 is 1; the last bit is set if any lower bit was lost
+//   r4  biased exponent of bit 31
   .syntax unified
   .thumb
 #if defined(__ARM_ARCH_6M__)
@@ -81,7 +81,7 @@ opposite:
   bl normalise
   subs r4, r3
   bgt pack
-  movs r3, #1 // back to a denormal: nothing is lost
+  movs r3, #1 // shift back to a denormal, which loses no bits
   subs r3, r4
   lsrs r2, r3
   movs r4, #1
@@ -117,7 +117,7 @@ small: // the smaller is a denormal or zero
 5:
   orrs r2, r6
   b aligned
-not_finite: // the larger
+not_finite: // the larger operand
   lsls r4, r2, #8
   bne done
   cmp r2, r3
@@ -126,7 +126,7 @@ not_finite: // the larger
   bpl done
   b invalid
 
-// The integer r0 as a float
+// Returns the integer r0 as a float.
   function __aeabi_i2f
   push {r4-r6, lr}
   movs r2, r0
@@ -137,7 +137,7 @@ not_finite: // the larger
   bl normalise
   movs r4, #158
   subs r4, r3
-// The float as a word, and back to the caller
+// Packs the float into a word and returns to the caller.
 pack:
   cmp r4, #254
   bgt infinity
@@ -147,11 +147,11 @@ pack:
   lsls r4, #23
   adds r0, r4
   lsrs r3, r2, #8
-  adds r0, r3 // its bit 31 raises the exponent by the one that is missing
+  adds r0, r3 // bit 31 of the significand adds the missing 1 to the exponent
   lsls r2, #25
   bcc done
   bne 6f
-  lsls r2, r0, #31 // half way: to the even one
+  lsls r2, r0, #31 // half way: round to even
   bpl done
 6:
   adds r0, #1
@@ -172,7 +172,7 @@ infinity:
   orrs r0, r2
   pop {r4-r6, pc}
 
-// Shifts r2, which is not 0, to bit 31, by r3; r1 is lost.
+// Shifts r2, which is not 0, left until bit 31 is set; r3 is the number of bits. Overwrites r1.
   .type normalise, %function
   .thumb_func
 normalise:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reset of the emulated board `virt`, 32-bit or 64-bit RISC-V: FPU and vectors on where there are any, a stack, zeros in
-// .bss, main. Constants and .data lie in RAM already.
+// Reset of the emulated board `virt`, 32-bit or 64-bit RISC-V: turns on the FPU and the vectors if there
+// are any, sets the stack, clears .bss and calls main. Constants and .data are in RAM already.
   .section .init, "ax"
   .global _start
 _start:

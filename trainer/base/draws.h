@@ -11,7 +11,7 @@
 
 namespace nlo::trainer {
 
-/// Rounds to three digits, as a person would write the value.
+/// Rounds to three significant digits.
 double rounded(double value);
 
 class Draws {

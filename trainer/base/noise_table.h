@@ -57,7 +57,7 @@ std::span<const NoiseRow> noise_table();
 const NoiseRow& noise_row(NoiseKind kind);
 
 /// Returns 1 for |v| <= width and 0 outside, with an edge of 2 % of the width, so that a particle just beyond it keeps
-/// a chance.
+/// a small weight.
 Eigen::ArrayXd soft_box(const Eigen::ArrayXd& v, double width);
 
 }  // namespace nlo::trainer

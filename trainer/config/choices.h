@@ -77,7 +77,7 @@ template <>
 inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{
     {{ClockProductSet::kNone, "none"}, {ClockProductSet::kLatent, "latent"}, {ClockProductSet::kAll, "all"}}};
 
-/// Selects the readout that ships for a state (shipped_model.h). kSelected: network, linear row or blend, by the
+/// Selects the readout of a state in the model (shipped_model.h). kSelected: network, linear row or blend, by the
 /// smallest transient and settled errors. kSettled: by the smallest settled error alone. kNetwork: always the network.
 enum class ReadoutChoice { kSelected, kSettled, kNetwork };
 template <>

@@ -37,7 +37,7 @@ class SectionReader {
             Section& section, const std::vector<std::string>& subsections = {}) {
     note(path, table);
     if (table.as_table().size() > kMostMembers)
-      throw codegen::Error(fmt::format("{}: {} has {} keys; {} are the most", places_.of(path), title,
+      throw codegen::Error(fmt::format("{}: {} has {} keys; at most {} are allowed", places_.of(path), title,
                                        table.as_table().size(), kMostMembers));
     for (const auto& [name, value] : members_in_order(table)) {
       const std::string member = path.empty() ? name : path + "." + name;

@@ -244,8 +244,8 @@ const Toml::array_type& list_of(const Toml& value, const std::string& where, con
   if (!value.is_array()) fail(value, where, "it must be a list [...]");
   const Toml::array_type& list = value.as_array();
   if (list.size() > rule.at_most)
-    throw codegen::Error(
-        fmt::format("{}: {} has {} elements; {} are the most", place_of(value), where, list.size(), rule.at_most));
+    throw codegen::Error(fmt::format("{}: {} has {} elements; at most {} are allowed", place_of(value), where,
+                                     list.size(), rule.at_most));
   return list;
 }
 

@@ -73,7 +73,7 @@ void check_known_plant(const Experiment& experiment) {
   const double period_s = experiment.log->sample_period_s;
   if (period_s > 0.0 && period_s != alone.simulation.sample_period_s)
     throw KeyError("simulation.sample_period_s",
-                   fmt::format("[simulation] sample_period_s is {}, and that of [log] {}; remove it here",
+                   fmt::format("[simulation] sample_period_s is {}, but that of [log] is {}; remove it here",
                                alone.simulation.sample_period_s, period_s));
   const LogSchema schema = resolve_columns(*experiment.log);
   const auto plant = make_plant(*alone.plant);

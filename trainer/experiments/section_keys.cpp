@@ -282,10 +282,11 @@ const std::vector<Key<InverseMapConfig>>& keys() {
       only_when_given(key("error", &I::error, any(),
                           "true: T* also gives the standard deviation of each state's error, calibrated on validation "
                           "runs")),
-      only_when_given(key("readout", &I::readout, names_of<ReadoutChoice>(),
-                          "readout that ships; selected: for each state the network, a linear row or a blend of both, "
-                          "whichever is best on validation data; settled: the same, by the error after the transient; "
-                          "network: T* as trained")),
+      only_when_given(
+          key("readout", &I::readout, names_of<ReadoutChoice>(),
+              "readout in the model; selected: for each state the network, a linear row or a blend of both, "
+              "whichever is best on validation data; settled: the same, by the error after the transient; "
+              "network: T* as trained")),
       only_when_given(key("fallback", &I::fallback, any(),
                           "true: where T* is far from a linear row, a state falls back to the row, if this lowers the "
                           "errors on left-out logs by at least 5 %; false: never")),

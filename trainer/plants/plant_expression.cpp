@@ -49,7 +49,8 @@ void compile_expression(mu::Parser& parser, const std::string& text, const std::
   };
   if (text.find_first_not_of(" \t\n") == std::string::npos) fail("the expression is empty; write a number, or a name");
   if (text.size() > kLongestExpression)
-    throw codegen::Error(fmt::format("{} has {} characters; {} are the most", where, text.size(), kLongestExpression));
+    throw codegen::Error(
+        fmt::format("{} has {} characters; at most {} are allowed", where, text.size(), kLongestExpression));
   if (assigns(text)) fail("an expression cannot contain \"=\"; write only the right-hand side; comparisons use ==");
   try {
     parser.ClearConst();  // removes muParser's own _pi and _e

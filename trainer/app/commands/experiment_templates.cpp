@@ -14,10 +14,10 @@ namespace nlo::trainer {
 namespace {
 
 constexpr const char* kPlant =
-    R"toml(# An experiment with a plant by equations: what moves, what is measured, and where runs start. Replace the pendulum
+    R"toml(# An experiment with a plant by equations: its motion, its sensors, and the start of its runs. Replace the pendulum
 # by your plant. Lines that begin with "# " and a key are examples of further keys.
-#   nlo train {file}                trains an observer on simulated runs and says how good it is
-#   nlo simulate {file} -o run.csv  a run to look at
+#   nlo train {file}                trains an observer on simulated runs and tests it
+#   nlo simulate {file} -o run.csv  writes a run as a CSV file
 #   nlo train --help-config         every key with its default
 # What is not said here (eigenvalues, network, length of the training) follows from the plant and its noise.
 name = "{name}"
@@ -156,7 +156,7 @@ std::string plant_template(const std::string& name, const std::string& file) {
 std::string log_template(const GuessedLog& log, const std::string& name, const std::string& command,
                          const std::string& train) {
   std::string text = fmt::format(
-      "# Written by: {}\n# Guessed from headings and numbers; why stands behind each role. Look for CHECK and CHOOSE, "
+      "# Written by: {}\n# Guessed from headings and numbers; the reason follows each role. Look for CHECK and CHOOSE, "
       "then:\n"
       "#   {}\n# What is not said here (eigenvalues, network, length of the training) follows from the logs; every key "
       "with its\n"
@@ -171,9 +171,9 @@ std::string log_template(const GuessedLog& log, const std::string& name, const s
   text += key_line("train_files", show_value(log.train));
   if (log.validation.empty())
     text +=
-        "# Another log, of another run, would choose the model: validation_files = [\"...\"]; and one more would judge "
-        "it:\n"
-        "# test_files = [\"...\"].\n";
+        "# With more logs, of other runs, choose the model by some (validation_files = [\"...\"]) and test it on "
+        "others\n"
+        "# (test_files = [\"...\"]).\n";
   else
     text += key_line("validation_files", show_value(log.validation), "chooses the model");
   if (!log.test.empty()) text += key_line("test_files", show_value(log.test), "judges it");

@@ -29,7 +29,7 @@ using Eigen::MatrixXd;
 // wrong number has a much larger effect.
 constexpr double kTimesGolden = 16.0, kShareInFloat = 1e-4, kShareInDouble = 1e-9;
 
-constexpr const char* kNothingWritten = "nothing is written: this is a fault of nlo, please report it with the model";
+constexpr const char* kNothingWritten = "nothing is written: this is a bug of nlo, please report it with the model";
 
 std::string files_of(const GeneratedObserver& observer) {
   return observer.name + (observer.form == TextForm::kC99 ? ".h and .c" : ".h");
@@ -52,14 +52,14 @@ void check_answers(const PreparedExport& prepared, const codegen::GoldenReplay& 
   for (Index k = 0; k < answers.cols(); ++k) {
     const auto status = static_cast<int>(golden.run.status[static_cast<std::size_t>(k)]);
     if (answers(kAnswerStatus, k) != status)
-      codegen::fail("{}: sample {} of the replay gives the status {}, and the model {}; {}", files, k,
+      codegen::fail("{}: sample {} of the replay gives the status {}, but the model gives {}; {}", files, k,
                     status_word(answers(kAnswerStatus, k)), status_word(status), kNothingWritten);
     for (int i = 0; i < prepared.model().nx(); ++i) {
       const double got = answers(kAnswerEstimate + i, k), want = golden.run.x_hat(i, k);
       if (!(std::abs(got - want) <= tolerance(i)))
         codegen::fail(
-            "{}: sample {} of the replay gives {} as {}, and the model {}, a larger difference than the {:.2g} that "
-            "its arithmetic explains; {}",
+            "{}: sample {} of the replay gives {} as {}, but the model gives {}; the difference exceeds {:.2g}, "
+            "which its arithmetic explains; {}",
             files, k, prepared.model().states[static_cast<std::size_t>(i)].name, got, want, tolerance(i),
             kNothingWritten);
     }
@@ -75,7 +75,7 @@ void check_bits(const PreparedExport& prepared, const MatrixXd& answers, const M
                                : i == kAnswerInDomain
                                    ? "in_domain"
                                    : prepared.model().states[static_cast<std::size_t>(i - kAnswerEstimate)].name;
-      codegen::fail("{}: sample {} of the replay gives {} as {}, and {} gives {}: they must agree to the bit; {}",
+      codegen::fail("{}: sample {} of the replay gives {} as {}, but {} gives {}: they must agree bit for bit; {}",
                     files, k, what, answers(i, k), other, others(i, k), kNothingWritten);
     }
 }

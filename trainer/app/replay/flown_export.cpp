@@ -37,8 +37,8 @@ codegen::PreparedExport prepared_of(const codegen::Model& model, const Flown& fl
   const bool cpp = flown.target == "cpp";
   if (!cpp && flown.target != "c99")
     throw Error(
-        fmt::format("--target {}: what flew is c99 (the bits of single and of the deterministic policy) or cpp "
-                    "(the fast policy)",
+        fmt::format("--target {}: only c99 (also for single and the deterministic policy) and cpp "
+                    "(the fast policy) can be replayed",
                     flown.target));
   codegen::ExportOptions options;
   options.scalar = codegen::scalar_type(flown.scalar);

@@ -69,8 +69,8 @@ Figure eigenvalue_figure(const TrainingCurves& curves) {
   if (!im.series.empty()) {
     figure.panels.push_back(std::move(im));
     figure.caption =
-        "Eigenvalues of the latent system D over the training: how fast the observer forgets, and at which frequency "
-        "it listens. A complex pair is drawn once.";
+        "Eigenvalues of the latent system D over the training: how fast the observer forgets, and to which frequency "
+        "it responds. A complex pair is drawn once.";
   }
   return figure;
 }

@@ -123,9 +123,9 @@ Axis zipped(const std::vector<Axis>& axes, const std::string& place) {
   for (const Axis& each : axes) {
     const SweepValue &first = axes.front().front().front(), &own = each.front().front();
     if (each.size() != axis.size())
-      throw codegen::Error(
-          fmt::format("{}: [[zip]] {} has {} values and {} has {}; keys that change together must have equally many",
-                      own.place, own.key, each.size(), first.key, axis.size()));
+      throw codegen::Error(fmt::format(
+          "{}: [[zip]] {} has {} values, but {} has {}; keys that change together need the same number of values",
+          own.place, own.key, each.size(), first.key, axis.size()));
     for (std::size_t i = 0; i < axis.size(); ++i) axis[i].push_back(each[i].front());
   }
   return axis;
@@ -183,7 +183,7 @@ void check_count(const SweepPlan& plan, const std::vector<Axis>& axes, std::size
   count = (count + static_cast<double>(more)) * static_cast<double>(seeds);
   if (count > static_cast<double>(kMostSweepJobs))
     throw codegen::Error(
-        fmt::format("{}: {:.0f} jobs ({}, {} seed{}); {} are the most: leave values out, or make several plans",
+        fmt::format("{}: {:.0f} jobs ({}, {} seed{}); at most {} are allowed: leave values out, or make several plans",
                     plan.place, count, sizes, seeds, seeds == 1 ? "" : "s", kMostSweepJobs));
 }
 

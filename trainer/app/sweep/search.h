@@ -52,7 +52,7 @@ struct TrainingPace {
 /// Returns the steps of a training in `seconds`: in the time after its setup, at least a quarter of the time.
 double steps_within(const TrainingPace& pace, double seconds);
 
-/// A search ships a model only if it is trained for this share of the experiment's steps.
+/// A search returns a model only if it is trained for this share of the experiment's steps.
 inline constexpr double kLeastShareOfSteps = 0.1;
 
 /// Returns the whole minutes of a search whose last rung gives each training `steps` steps, including the time for
