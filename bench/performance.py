@@ -80,7 +80,7 @@ def main():
     now = filled(filled(text, "performance", performance()), "machines", machines())
     if "--check" in sys.argv[1:]:
         if now != text:
-            print("docs/performance.md is not what the counts say: run bench/performance.py")
+            print("docs/performance.md does not agree with the counts: run bench/performance.py")
         return now != text
     PAGE.write_text(now)
     return 0

@@ -100,7 +100,7 @@ def levels(edges):
 
 
 def arrange(level, drawn):
-    """Rows from below and the way of each edge through them. A long edge passes a point in every row between."""
+    """Returns the rows from the bottom up, and the path of each edge through them. A long edge has a point in each row that it crosses."""
     rows = [[] for _ in range(max(level.values()) + 1)]
     for room in sorted(level):
         rows[level[room]].append(room)

@@ -82,7 +82,7 @@ std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd&
                            prepared.with(finer).error().max(i), remedy);
     }
     return fmt::format(
-        "{} has an error of {:.1e} in {} within its domain, and --max-error allows {:.1e}; nothing is written. {}",
+        "{} has an error of {:.1e} in {} within its domain, but --max-error allows only {:.1e}; nothing is written. {}",
         named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i), remedy);
   }
   return "";

@@ -104,7 +104,7 @@ TEST(ExportError, RefusesAModelThatIsInaccurateOnRecordedFlightsOnly) {
   const ExportError error = PreparedExport(m, options).error();
   EXPECT_GT(error.max(0), 1.1 * of_tones(0));
   EXPECT_THAT(beyond_limits(PreparedExport(m, options), 1.05 * of_tones),
-              HasSubstr("within its domain, and --max-error allows"));
+              HasSubstr("within its domain, but --max-error allows only"));
 }
 
 TEST(ExportError, StatesTheErrorOutsideOfTheDomainWithoutALimit) {

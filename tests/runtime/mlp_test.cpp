@@ -224,7 +224,7 @@ auto maps_with_and_without_fallback() {
   return std::pair{Map{network, {}, {}, {}, rows}, LearnedMap<decltype(network)>{network}};
 }
 
-TEST(Fallback, IsItsEquationForOutputsWithARowAndLeavesOthersAlone) {
+TEST(Fallback, FollowsItsEquationForOutputsWithARowAndLeavesOthersUnchanged) {
   const auto [with, without] = maps_with_and_without_fallback();
   std::mt19937 random(12);
   double nearest = 1e9, farthest = 0.0;  // ratios of distance and reach

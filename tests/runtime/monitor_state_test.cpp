@@ -92,7 +92,7 @@ TEST(Monitor, RestoresAStateAtTheLimitsOfWatching) {
   EXPECT_TRUE(monitor.restore(monitor.save()));
 }
 
-TEST(Monitor, StatisticsWithAnImpossibleSumAreAReset) {
+TEST(Monitor, StatisticsWithAnImpossibleSumCauseAReset) {
   // 1.01 * 25 is the largest possible sum of power, variance and correlation of 2 outputs in 3 windows, of 3 distances,
   // 2 shares and 2 disagreements. In a new monitor the variances and distances are 1; with gains of zero they stay 1.
   Wide::Model m{};

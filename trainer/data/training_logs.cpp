@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kSketch = 16;
 
-/// Takes the text up to the next `separator`, or the whole text, from the front.
+/// Removes the text before the next `separator`, or the whole text, from the front and returns it.
 std::string_view take(std::string_view& text, char separator) {
   const std::size_t end = std::min(text.find(separator), text.size());
   const std::string_view part = text.substr(0, end);

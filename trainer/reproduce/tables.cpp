@@ -104,7 +104,7 @@ Section table_1(const Workbench& bench) {
                   [row](const auto& at) {
                     return std::max(at(row, 3), at(row, 4)) < std::min({at(row, 0), at(row, 1), at(row, 2)});
                   });
-    add_orderings(section, fmt::format("{}: training with noise wins over regularisation", noise), seeds,
+    add_orderings(section, fmt::format("{}: training with noise is better than regularisation", noise), seeds,
                   [row](const auto& at) { return at(row, 3) < at(row, 4); });
   }
   section.explanations = {{"", baseline(kMixed).title,

@@ -52,6 +52,6 @@ void add_reproduce(CLI::App& app, int argc, char** argv);
 inline constexpr const char* kCertifyDescription =
     "Prove bounds of a model, rounding included, and search for what breaks them";
 inline constexpr const char* kReproduceDescription =
-    "Make the paper's tables and figures, beside the paper's numbers, and tasks that others set";
+    "Make the paper's tables and figures beside the paper's numbers, and run published benchmarks";
 
 }  // namespace nlo::trainer

@@ -140,7 +140,7 @@ EvaluateOptions add_evaluate_options(CLI::App* command, EvaluateArguments& argum
           .list("--against", arguments.test.against,
                 "estimators for comparison: ekf, ukf, mhe, high_gain (know the plant of the training), ekf_true (knows "
                 "the changed plant), static_ridge (needs no plant); constant and ridge are always shown. Default with "
-                "--conditions: all but ekf_true. particle knows each condition: the smallest error that is possible")
+                "--conditions: all but ekf_true. particle knows each condition, so its error is the smallest possible")
           ->check(CLI::IsMember(rivals())),
       conditions,
       as_trained};

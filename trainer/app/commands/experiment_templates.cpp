@@ -19,7 +19,7 @@ constexpr const char* kPlant =
 #   nlo train {file}                trains an observer on simulated runs and tests it
 #   nlo simulate {file} -o run.csv  writes a run as a CSV file
 #   nlo train --help-config         every key with its default
-# What is not said here (eigenvalues, network, length of the training) follows from the plant and its noise.
+# Missing keys (eigenvalues, network, length of the training) are derived from the plant and its noise.
 name = "{name}"
 
 [plant]
@@ -158,8 +158,8 @@ std::string log_template(const GuessedLog& log, const std::string& name, const s
   std::string text = fmt::format(
       "# Written by: {}\n# Guessed from headings and numbers; the reason follows each role. Look for CHECK and CHOOSE, "
       "then:\n"
-      "#   {}\n# What is not said here (eigenvalues, network, length of the training) follows from the logs; every key "
-      "with its\n"
+      "#   {}\n# Missing keys (eigenvalues, network, length of the training) are derived from the logs; every key with "
+      "its\n"
       "# default: nlo train --help-config\nname = \"{}\"\n\n[log]\n",
       one_line(command), one_line(train), name);
   text += clock_lines(log.clock);

@@ -93,7 +93,7 @@ Dataset runs_under(const Experiment& base, const Condition& condition, std::uint
 
 void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs) {
   if (noise.none()) return;
-  // Gives other random numbers than for the noise of the outputs.
+  // Changes the seed, so that these random numbers differ from those of the outputs.
   constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;
   for (std::size_t i = 0; i < runs.trajectories.size(); ++i) {
     Eigen::MatrixXd& inputs = runs.trajectories[i].inputs;
