@@ -50,7 +50,7 @@ def edges_of_the_sources():
 
 
 def against_the_layering(edges):
-    """Edges that close a circle: rooms are placed from below, each time the one that knows least of those not placed."""
+    """Returns the edges that close a cycle. Rooms are placed from the bottom up; the next one includes the fewest unplaced rooms."""
     rooms = {room for edge in edges for room in edge}
     placed, against = set(), set()
     while rooms - placed:

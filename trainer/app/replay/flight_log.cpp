@@ -87,7 +87,7 @@ double number_of_bits(std::string_view cell, std::size_t bytes, const std::strin
   std::uint64_t bits = 0;
   const auto [end, status] = std::from_chars(cell.data() + 2, cell.data() + cell.size(), bits, 16);
   if (status != std::errc() || end != cell.data() + cell.size() || (bytes == 4 && bits > 0xffffffffU))
-    throw Error(fmt::format("{}: \"{}\" is not the {} bytes of a number: print %08lx of a float, %016llx of a double",
+    throw Error(fmt::format("{}: \"{}\" is not the {} bytes of a number: print a float by %08lx, a double by %016llx",
                             where, ascii(cell), bytes));
   return bytes == 4 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))
                     : std::bit_cast<double>(bits);
