@@ -102,7 +102,7 @@ TEST(Transient, WithALeadInAllPairsSatisfyTheMap) {
   EXPECT_GT(worst(residual(plant, alone, 0.02), alone), 0.1) << "control: without the lead-in z(0) = 0";
 }
 
-TEST(Transient, WithALeadInTheRemainingErrorIsThatOfTheHoldOfSecondOrder) {
+TEST(Transient, LeadInLeavesOnlyTheErrorOfTheHoldWhichIsOfSecondOrder) {
   const LinearPlant plant = oscillator();
   const auto error = [&](double h) {
     const Trajectory run = with_lead_in(plant, h, kLong);
