@@ -33,7 +33,7 @@ ReplayInputs measured(const Flight& flight, const FlightRun& run) {
 }
 
 /// Returns readings (n_r x 2: low, high) for which the steady state z = S y of a KKL observer is in its domain, or
-/// nearly. If that determines nothing, returns the declared ranges.
+/// nearly. If the domain does not limit the readings, returns the declared ranges.
 MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   const VectorXd low = reading_min(m), high = reading_max(m);
   MatrixXd ranges(m.nr(), 2);

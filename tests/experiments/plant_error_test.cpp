@@ -183,7 +183,7 @@ TEST(ExcitationErrors, NameTheKeyAndTheRemedy) {
               HasSubstr("[excitation] is not used with [log] alone"));
 }
 
-TEST(ExcitationErrors, AskForANumberOfProcessNoiseForEachState) {
+TEST(ExcitationErrors, AskForProcessNoiseOfEachState) {
   const auto with_noise = [](const std::string& noise) {
     return with(kPlantExperiment, "trajectories = 4", "trajectories = 4\nprocess_noise = " + noise);
   };

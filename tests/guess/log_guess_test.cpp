@@ -437,7 +437,7 @@ TEST(Heading, SplitsAHeadingIntoNameAndUnit) {
   }
 }
 
-TEST(Heading, DoesNotReadALetterOfASeriesAsAUnit) {
+TEST(Heading, DoesNotReadTheLetterOfOneOfSeveralPhasesAsAUnit) {
   EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).unit, "");
   EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).name, "phase_a");
   EXPECT_EQ(read_heading("phase_a", {"phase_a"}).unit, "A");

@@ -59,7 +59,7 @@ struct Problem {
   ObserverStructure structure;
   std::vector<double> inverse, forward, eigenvalues;
   std::vector<double> x, z, y, f, h, weight;
-  int count = 6;  // used columns, of 8
+  int count = 6;  // number of used columns; a block has 8
 
   explicit Problem(const Variant& variant) {
     experiment.observer.eigenvalues = {-1.2, -3.0};

@@ -15,7 +15,7 @@ namespace {
 
 using Block = NetworkBlock<double, 8>;
 constexpr int kStride = Block::kStride;
-constexpr int kSamples = 5;  // used columns, of 8
+constexpr int kSamples = 5;  // number of used columns; a block has 8
 
 struct Problem {
   NetworkShape shape;

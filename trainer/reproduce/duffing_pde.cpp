@@ -51,9 +51,9 @@ Section duffing_pde(const Workbench& bench) {
   section.csv = runs_csv(curves);
   const auto cell = [&](std::size_t row) -> const Cell& { return table.cells[row][0]; };
   section.orderings = {
-      better("the PDE term at the samples of X1 helps from (3, 0)", cell(2), cell(1)),
-      better("the PDE term over X2 helps from (3, 0)", cell(3), cell(1)),
-      better("the PDE term over X2 helps more than the PDE term at the samples of X1", cell(3), cell(2))};
+      better("the PDE term at the samples of X1 reduces the error from (3, 0)", cell(2), cell(1)),
+      better("the PDE term over X2 reduces the error from (3, 0)", cell(3), cell(1)),
+      better("the PDE term over X2 reduces it more than the PDE term at the samples of X1", cell(3), cell(2))};
   section.seen = fmt::format(
       "From (3, 0), the error (strict) is {} without the PDE term, {} with the PDE term at the samples (all from X1), "
       "and {} with the PDE term at points of X2. The paper's caption says (-3, 0), but its text says (3, 0); both are "

@@ -209,7 +209,7 @@ std::vector<NoiseConfig> noises_of(const MonitorArguments& arguments, const Expe
   return {noise};
 }
 
-/// Returns the hours of runs, or fewer if they had too many samples.
+/// Returns `hours`, or fewer if runs of this length had too many samples.
 double affordable_hours(double hours, double sample_period_s) {
   return std::min(hours, kMostSamples * sample_period_s / kHour);
 }

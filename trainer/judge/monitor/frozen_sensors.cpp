@@ -141,7 +141,7 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const 
   for (const int j : model.failures.outputs) {
     if (simulated || j >= model.measured()) continue;
     const double resting = resting_reading(runs, j);
-    // The output itself: at rest it is never considered frozen.
+    // If the reference sensor is the output itself, the output is never considered frozen at rest.
     ReferenceSensor best{j, resting, resting, kLeastReference};
     for (Index i = 0; i < model.measured(); ++i) {
       if (i == j) continue;
