@@ -215,7 +215,7 @@ TEST(Csv, NamesWrongDecimalMarks) {
   EXPECT_THAT(error_in_column("a;b\n1,5;2\n", "a", {.separator = ';'}),
               AllOf(HasSubstr("a.csv:2:a: \"1,5\" is not a number"), HasSubstr("set decimal = \",\" in [log]")));
   EXPECT_THAT(error_in_column("a;b\n1.234,5;2\n", "a", {.separator = ';', .decimal = ','}),
-              HasSubstr("\"1.234,5\" has a point, and [log] decimal = \",\" declares"));
+              HasSubstr("\"1.234,5\" has a point, but [log] decimal = \",\" declares"));
   EXPECT_THAT(error_in_column("a;b\n1,2,3;2\n", "a", {.separator = ';', .decimal = ','}), HasSubstr("is not a number"));
 }
 
