@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks that pages, help texts and errors use plain words, and that their links have a target.
+"""Checks that pages, help texts and errors use plain words, that links have a target and examples are valid TOML.
 
 usage: tests/properties/pages.py
 
 Prints each word of WORDS in README, docs, the latest part of CHANGELOG, help texts, errors, templates of generated code
-and the comments of runtime and examples as FILE:LINE: WHAT, and each link whose file or heading does not exist. The exit code is 1
-if there is one, or if the made-up faults of check_the_scan() are not found. Nothing counts lines or words.
+and the comments of runtime and examples as FILE:LINE: WHAT. Also prints each link whose file or heading does not exist,
+and each TOML example of a page that cannot be parsed. The exit code is 1 if there is one, or if the made-up faults of
+check_the_scan() are not found. Nothing counts lines or words.
 """
 import pathlib
 import re
 import sys
 import tempfile
+import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
@@ -37,6 +39,7 @@ PATTERNS = [(re.compile(rf"\b(?:{word})\b", re.I), instead) for word, instead in
 STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 RAW_STRING = re.compile(r'R"(\w*)\((.*?)\)\1"', re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+TOML_BLOCK = re.compile(r"^```toml\n(.*?)^```", re.S | re.M)
 
 
 def pages():
@@ -93,6 +96,16 @@ def dead_links(file, text):
                 yield f"{n}: {target}: there is no such heading"
 
 
+def broken_examples(file, text):
+    if file.suffix != ".md":
+        return
+    for block in TOML_BLOCK.finditer(text):
+        try:
+            tomllib.loads(block[1])
+        except tomllib.TOMLDecodeError as error:
+            yield f"{text[:block.start()].count(chr(10)) + 1}: this example is not valid TOML: {error}"
+
+
 def check_the_scan():
     """Returns a made-up fault that the scan misses, or a plain text that it reports; None if there is none."""
     bad = ["has the mends", "begins anew", "a wrap that is none", "64K is no amount", "grew past all numbers",
@@ -114,6 +127,9 @@ def check_the_scan():
         page.write_text(text)
         if len(list(dead_links(page, text))) != 2:
             return "of four links two are dead"
+    for example, faults in (("a = 1\nb = 2", 0), ("a = 1 b = 2", 1)):
+        if len(list(broken_examples(ROOT / "a.md", f"```toml\n{example}\n```\n"))) != faults:
+            return f"the example {example} has {faults} faults"
     return ""
 
 
@@ -124,7 +140,7 @@ def main():
     faults = []
     for file in pages():
         text = file.read_text()
-        faults += [f"{file.relative_to(ROOT)}:{what}" for what in [*words_not_used(file, text), *dead_links(file, text)]]
+        faults += [f"{file.relative_to(ROOT)}:{what}" for what in [*words_not_used(file, text), *dead_links(file, text), *broken_examples(file, text)]]
     sources = [ROOT / "demo.sh", ROOT / "test.sh"]
     for part in ("runtime", "codegen", "trainer", "bindings", "examples"):
         sources += [file for file in sorted((ROOT / part).rglob("*"))
