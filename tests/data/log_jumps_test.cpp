@@ -94,7 +94,7 @@ TEST_F(LogJumps, OfAnAngleAreNotedWithItsFullTurn) {
   const auto counts = wrapped(4096.0, 0.0);
   EXPECT_THAT(notes({"a"}, {[&](int k) { return std::floor(counts(k)); }}), ElementsAre(HasSubstr("wrap = 4096 ")));
   EXPECT_THAT(notes({"a"}, {[](int k) { return k < 1000 ? 3.0 : -3.2; }}, "rad"),
-              Contains(AllOf(HasSubstr("log.csv:1002: \"a\" jumps from 3 to -3.2: an angle that wraps?"))))
+              Contains(AllOf(HasSubstr("log.csv:1002: \"a\" jumps from 3 to -3.2: is it an angle that wraps?"))))
       << "with the unit of an angle, one jump is enough";
 }
 

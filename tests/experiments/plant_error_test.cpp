@@ -98,7 +98,7 @@ TEST(PlantErrors, NameWrongInitialStates) {
                   {corners, "initial_distribution = \"point\"", "e.toml:10", "use \"uniform\""},
                   {"[-1, -1]", "[-1, -1]\ninitial_states = [[0, 0]]", "e.toml:11",
                    "initial_states has no effect with initial_distribution = \"uniform\""},
-                  {"[-1, -1]", "[-1, -1]\ninitial_distribution = \"list\"", "e.toml:10", "initial_low has no use"},
+                  {"[-1, -1]", "[-1, -1]\ninitial_distribution = \"list\"", "e.toml:10", "initial_low has no effect with"},
               });
 }
 

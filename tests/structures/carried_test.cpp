@@ -216,10 +216,10 @@ TEST(Carried, RefusesChannelsThatAreNotVectorsAndNamesTheRemedy) {
   EXPECT_THAT(refused(without(text_of(""), "name = \"w\"\nrole = \"input\"", "name = \"w\"\nrole = \"ignored\"")),
               HasSubstr("there are 2 inputs: give the gyroscope's columns role"));
   EXPECT_THAT(refused(without(text_of(""), "unit = \"rad/s\"", "unit = \"deg/s\"")),
-              HasSubstr("input u is in \"deg/s\""));
+              HasSubstr("input u has the unit \"deg/s\""));
   EXPECT_THAT(refused(text_of("", "")), HasSubstr("readout = \"network\""));
   EXPECT_THAT(refused(without(text_of(""), "hidden = []", "hidden = [8]")), HasSubstr("hidden = []"));
-  EXPECT_THAT(refused(text_of("pairs = [[-1.0, 2.0]]\n")), HasSubstr("observer.pairs has no use"));
+  EXPECT_THAT(refused(text_of("pairs = [[-1.0, 2.0]]\n")), HasSubstr("observer.pairs has no effect"));
   EXPECT_THAT(refused(text_of("features = \"latent_minus_output\"\n")), HasSubstr("latent_and_output"));
 }
 
