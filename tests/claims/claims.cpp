@@ -54,11 +54,12 @@ std::string train_argument(const Experiment& experiment, const Options& options,
   const std::string file = options.tools.source + "/" + experiment.train;
   if (!fs::exists(file)) return experiment.train;
   if (!file.ends_with(".md")) return file;
-  const std::string page = nlo::codegen::read_file(file), begin = "```toml\n";
-  const std::size_t from = page.find(begin), to = from == std::string::npos ? from : page.find("```", from + 3);
-  if (to == std::string::npos) throw std::runtime_error(file + ": has no block of TOML");
+  const std::string page = nlo::codegen::read_file(file), fence = "```", begin = fence + "toml\n";
+  const std::size_t found = page.find(begin + "name = "), from = found + begin.size();
+  const std::size_t to = found == std::string::npos ? found : page.find(fence, from);
+  if (to == std::string::npos) throw std::runtime_error(file + ": has no block of TOML that begins with a name");
   const std::string experiment_file = directory + "/experiment.toml";
-  nlo::codegen::write_file_atomically(experiment_file, page.substr(from + begin.size(), to - from - begin.size()));
+  nlo::codegen::write_file_atomically(experiment_file, page.substr(from, to - from));
   return experiment_file;
 }
 

@@ -14,7 +14,7 @@ namespace nlo::claims {
 /// A training: `nlo train TRAIN --set SET... --seed N`, N = 1 to `seeds`.
 struct Experiment {
   std::string id;
-  std::string train;  ///< a shipped name, or a file of this repository; from a page, its first block of TOML
+  std::string train;  ///< a shipped name, or a file of this repository; from a page, its first experiment
   /// Folder of the logs, {data} in the commands of its claims: in this repository, or beside it; empty: none.
   std::string data;
   int seeds = 3;
