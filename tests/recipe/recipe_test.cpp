@@ -49,10 +49,22 @@ Recipe derived(const std::string& text, const std::vector<std::string>& override
 TEST(Draft, IsAFileWithoutEigenvalues) {
   EXPECT_FALSE(parse_draft(kDraft, "d.toml").complete);
   EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[-1.0]"}).complete);
-  EXPECT_TRUE(parse_draft(kDraft, "d.toml", {"observer.structure=gated"}).complete);
   EXPECT_THROW(parse_experiment(kDraft, "d.toml"), codegen::Error);
   EXPECT_THROW(parse_draft(kDraft, "d.toml", {"observer.eigenvalues=[]"}), codegen::Error)
       << "the key is given, but empty";
+}
+
+TEST(Draft, IsAFileWithUnitsAndWithoutSteps) {
+  for (const char* structure : {"observer.structure=gated", "observer.structure=prior"}) {
+    EXPECT_FALSE(parse_draft(kDraft, "d.toml", {structure}).complete) << structure;
+    EXPECT_TRUE(parse_draft(kDraft, "d.toml", {structure, "training.steps=100"}).complete) << structure;
+    const std::string defaults = parse_experiment(kDraft, "d.toml", {structure}).source_text;
+    EXPECT_EQ(parse_experiment(defaults, "again").source_text, defaults)
+        << "a command that does not train reads the defaults";
+  }
+  EXPECT_TRUE(
+      parse_draft(kDraft, "d.toml", {"observer.structure=general", "observer.eigenvalues=[-1.0, -2.0]"}).complete)
+      << "no recipe has settings for this structure";
 }
 
 TEST(Draft, LeavesShippedExperimentsAsTheyAre) {
@@ -181,12 +193,32 @@ samples_per_step = 256
 
 TEST(Recipe, ChoosesAPriorIfTheEquationsOfThePlantHold) {
   // A linear plant with white noise: the Kalman filter from which a prior starts is the best possible estimator.
-  const Recipe recipe =
-      derived(kSpring, {"simulation.process_noise=[0.0, 0.05]", "training.steps=77", "inverse_map.hidden=[8]"});
+  std::vector<std::string> keys = {"simulation.process_noise=[0.0, 0.05]", "training.ema=0.5",
+                                   "inverse_map.hidden=[8]"};
+  const Recipe recipe = derived(kSpring, keys);
   EXPECT_EQ(recipe.experiment.observer.structure, "prior") << recipe.text;
   EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" is chosen"));
-  EXPECT_EQ(recipe.experiment.training.steps, 77) << "the file gives it";
+  EXPECT_EQ(recipe.experiment.training.ema, 0.5) << "the file gives it";
   EXPECT_EQ(recipe.experiment.inverse_map.hidden, std::vector<int>{8}) << "the file gives it";
+
+  keys.emplace_back("observer.structure=prior");
+  const Recipe named = derived(kSpring, keys);
+  EXPECT_EQ(named.experiment.source_text, recipe.experiment.source_text) << "both have the same settings";
+  EXPECT_THAT(named.text, Not(HasSubstr("warning"))) << "process noise says how far the equations may be wrong";
+}
+
+TEST(Recipe, KeepsTheStructureAndTheUnitsOfTheFile) {
+  for (const char* structure : {"gated", "prior"}) {
+    const Recipe recipe = derived(kSpring, {std::string("observer.structure=") + structure, "observer.units=8",
+                                            "observer.rates=[1.0, 2.0]", "loss.scale=physical"});
+    for (const std::string& line : {"structure = \"" + std::string(structure) + "\"", std::string("units = 8"),
+                                    std::string("rates = [1.0, 2.0]"), std::string("scale = \"physical\"")})
+      EXPECT_THAT(recipe.experiment.source_text, HasSubstr("\n" + line + "\n"));
+    EXPECT_THAT(recipe.text, HasSubstr("8 units, at first with rates from 1 to 2 1/s"));
+    EXPECT_EQ(recipe.text.find("warning: in flight a prior may be worse") != std::string::npos,
+              std::string_view(structure) == "prior")
+        << "the plant is simulated exactly: " << recipe.text;
+  }
 }
 
 TEST(Recipe, TriesNoPriorOnAPlantThatIsSimulatedExactly) {
@@ -342,8 +374,8 @@ TEST(ModeBanks, ScaleWithTheUnitOfTime) {
     EXPECT_NEAR(seconds[i].slowest(), 1000.0 * milliseconds[i].slowest(), kRounding * seconds[i].slowest());
 }
 
-/// Logarithm of an error that falls with the distance (pseudo-hyperbolic distance of the half plane) of the nearest
-/// pair to each of these poles. The error is 0 at the pole and 1 far from it.
+/// Logarithm of an error that grows with the distance between each of these poles and the nearest pair
+/// (pseudo-hyperbolic distance of the half plane). The error is 0 at the pole and 1 far from it.
 double log_distance(const ModeBank& bank, const std::vector<std::complex<double>>& poles) {
   double sum = 0.0;
   for (const std::complex<double> pole : poles) {

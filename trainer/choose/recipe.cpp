@@ -28,6 +28,8 @@
 #include "trainer/plants/plant_registry.h"
 #include "trainer/structures/kkl_family.h"
 #include "trainer/structures/structure_table.h"
+#include "trainer/structures/trainable_structure.h"
+#include "trainer/structures/unit_settings.h"
 
 namespace nlo::trainer {
 namespace {
@@ -79,11 +81,19 @@ struct Choice {
   }
 };
 
+/// Returns the experiment with the default structure, a linear latent system. Its modes give the time scales of the
+/// data for every structure.
+Experiment with_linear_latent(Experiment e, double sample_period_s) {
+  if (const ObserverConfig linear; e.observer.structure != linear.structure)
+    structure_of(linear).adopt(e, sample_period_s);
+  return e;
+}
+
 class Deriver {
  public:
   Deriver(const DraftExperiment& draft, const Dataset& training, const Dataset& validation)
       : draft_(draft),
-        base_(experiment_for_data(draft)),
+        base_(with_linear_latent(experiment_for_data(draft), training.sample_period_s)),
         data_(training),
         validation_(validation),
         period_s_(training.sample_period_s),
@@ -96,14 +106,15 @@ class Deriver {
 
   Recipe run() {
     const std::vector<Choice> finalists = choose();
+    const DataScales scales{period_s_, length_s_, finalists.front().bank.slowest()};
+    if (!is_linear_latent()) return with_units(scales);
     std::vector<Experiment> experiments;
     for (const Choice& choice : finalists) {
       Experiment e = with(choice.bank, choice.reading);
       complete(e, choice);
       experiments.push_back(checked(e));
     }
-    const std::vector<Rival> rivals =
-        structure_rivals(draft_, experiment_for_data(draft_), period_s_, length_s_, finalists.front().bank.slowest());
+    const std::vector<Rival> rivals = structure_rivals(draft_, experiment_for_data(draft_), scales);
     if (finalists.size() == 1 && rivals.empty() && !may_read_clock_products())
       return {experiments.front(), text_of(experiments.front(), finalists.front())};
 
@@ -126,6 +137,24 @@ class Deriver {
     Experiment experiment;
     double error = 0.0;  ///< Pilots::error()
   };
+
+  bool is_linear_latent() const { return draft_.experiment.observer.structure == base_.observer.structure; }
+
+  /// Returns the recipe of a draft that names a structure with units.
+  Recipe with_units(const DataScales& scales) const {
+    const TrainableStructure& structure = structure_of(draft_.experiment.observer);
+    const Experiment base = experiment_for_data(draft_);
+    Experiment e = with_structure(draft_, base, structure, scales);
+    const UnitSettings& units = e.observer.own.get<UnitSettings>();
+    std::string text = fmt::format(
+        "derived  structure \"{}\": {} units, at first with rates from {} to {} 1/s\n"
+        "         T* {}, {} steps{}; all of it: derived.toml\n",
+        structure.name(), units.units, shortest_text(units.rates.front()), shortest_text(units.rates.back()),
+        map_text(e.inverse_map), e.training.steps, data_text(e));
+    if (const std::string reason = misleading_validation(structure, base); !reason.empty())
+      text += fmt::format("warning: in flight a prior may be worse than its validation: {}\n", reason);
+    return {std::move(e), std::move(text)};
+  }
 
   /// Returns the end of the transient of an observer with these modes [s], as its evaluation determines it.
   double settled_from_s(const ModeBank& bank) const {
@@ -381,15 +410,22 @@ class Deriver {
     return fmt::format(
         "derived  eigenvalues {} 1/s, features {}{}, start {}: the best of {} that were measured\n"
         "         expected error over deviation, before training: {}\n"
-        "         T* {} {}, {} steps{}; all of it: derived.toml\n",
+        "         T* {}, {} steps{}; all of it: derived.toml\n",
         modes, to_name(o.features),
         o.own.get<KklConfig>().clock_products == ClockProductSet::kNone ? "" : " and their products with clocks",
-        to_name(o.start), tried_, states, fmt::join(e.inverse_map.hidden, " x "), e.inverse_map.activation,
-        e.training.steps,
-        e.log ? fmt::format(" of {} s segments, weight decay {}", shortest_text(e.training.segment_s),
-                            shortest_text(e.training.weight_decay))
-              : fmt::format(" on {} trajectories{}", e.simulation.trajectories,
-                            e.training.mirror ? " and their mirror images" : ""));
+        to_name(o.start), tried_, states, map_text(e.inverse_map), e.training.steps, data_text(e));
+  }
+
+  static std::string map_text(const InverseMapConfig& map) {
+    return fmt::format("{} {}", fmt::join(map.hidden, " x "), map.activation);
+  }
+
+  static std::string data_text(const Experiment& e) {
+    if (e.log)
+      return fmt::format(" of {} s segments, weight decay {}", shortest_text(e.training.segment_s),
+                         shortest_text(e.training.weight_decay));
+    return fmt::format(" on {} trajectories{}", e.simulation.trajectories,
+                       e.training.mirror ? " and their mirror images" : "");
   }
 
   const DraftExperiment& draft_;

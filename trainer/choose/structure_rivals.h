@@ -7,16 +7,34 @@
 #include <vector>
 
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/structures/trainable_structure.h"
 
 namespace nlo::trainer {
+
+/// Properties of the data on which the settings of an observer with units depend.
+struct DataScales {
+  double sample_period_s = 0.0;
+  double run_length_s = 0.0;
+  double slowest = 0.0;  ///< rate at which the slowest unit begins [1/s]: that of the slowest mode of the linear latent
+                         ///< system
+};
+
+/// Turns `base`, the draft with the keys that determine its data, into an experiment with this structure. Keys of the
+/// draft keep their values; keys of [observer] do so if the draft names this structure. Throws codegen::Error if the
+/// structure does not fit.
+Experiment with_structure(const DraftExperiment& draft, const Experiment& base, const TrainableStructure& structure,
+                          const DataScales& scales);
+
+/// Returns the reason why an observer of this structure is not as good in flight as its validation says, with the
+/// remedy; empty if there is none.
+std::string misleading_validation(const TrainableStructure& structure, const Experiment& base);
 
 struct Rival {
   Experiment experiment;  ///< complete and checked
   std::string not_tried;  ///< reason why its short training would mislead, with the remedy; empty: it may be tried
 };
 
-/// Turns `base`, the draft with the keys that determine its data, into one experiment for each structure that fits it.
-/// Keys of the draft keep their values. Left out are
+/// Returns with_structure() for each structure that fits. Left out are
 ///   - all, if the draft chooses the structure or gives a key of [observer] that only a linear latent system has
 ///   - gated units, if a plant is simulated without noise: they lose accuracy to keep noise out
 ///   - each structure whose own checks refuse the experiment: a prior needs equations, and no angle besides sines and
@@ -27,9 +45,6 @@ struct Rival {
 ///     to zero: after a jump of the leak of two tanks its estimate stayed wrong for 1,790 s, a KKL observer's for 41 s
 ///   - on a plant whose encoder counts without end (counted_state()): in flight, its count would be clamped to the
 ///     range of training, and the linear latent system reads it relative to z
-///   length_s  length of a run [s]
-///   slowest   the rate at which the slowest unit begins [1/s]: that of the slowest mode of the linear latent system
-std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experiment& base, double sample_period_s,
-                                    double length_s, double slowest);
+std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experiment& base, const DataScales& scales);
 
 }  // namespace nlo::trainer

@@ -114,11 +114,18 @@ void check_experiment(const Experiment& e, const Places& places) try {
   throw codegen::Error(fmt::format("{}: {}", places.of(error.key()), error.what()));
 }
 
-/// Returns true for a KKL observer without eigenvalues, which a recipe derives. Other structures have defaults that
-/// suit any plant.
-bool is_draft(const Experiment& experiment, const Places& places) {
+/// Returns true for a KKL observer without eigenvalues.
+bool lacks_eigenvalues(const Experiment& experiment, const Places& places) {
   return experiment.observer.structure == ObserverConfig{}.structure && experiment.observer.eigenvalues.empty() &&
          experiment.observer.pairs.empty() && !places.has("observer.eigenvalues") && !places.has("observer.pairs");
+}
+
+/// Returns true for an observer without eigenvalues whose settings a recipe can derive, and whose file does not say how
+/// long to train it.
+bool lacks_steps(const Experiment& experiment, const Places& places) {
+  Experiment adopting = experiment;
+  const TrainableStructure& structure = structure_of(experiment.observer);
+  return !structure.has_eigenvalues() && !places.has("training.steps") && structure.adopt(adopting, 1.0);
 }
 
 /// Returns true if an output is an angle that turns. z must turn with it.
@@ -185,8 +192,9 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
   reader.read_if_there(root, "training", experiment.training);
   reader.read_if_there(root, "validation", experiment.validation);
   reader.read_if_there(root, "evaluation", experiment.evaluation);
-  const bool draft = is_draft(experiment, places);
-  if (draft) stand_in(experiment, places);
+  const bool without_eigenvalues = lacks_eigenvalues(experiment, places);
+  const bool draft = without_eigenvalues || lacks_steps(experiment, places);
+  if (without_eigenvalues) stand_in(experiment, places);
   check_experiment(experiment, places);
   experiment.source_text = format_experiment(experiment);
   if (draft) experiment.source_text += fmt::format("# a draft of {}\n", fmt::join(places.paths(), " "));
@@ -202,7 +210,8 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   DraftExperiment draft = parse_draft(text, filename, overrides);
   if (draft.complete) return std::move(draft.experiment);
   draft.experiment.observer.eigenvalues.clear();
-  check_experiment(draft.experiment, draft.given);  // the error names the missing key
+  check_experiment(draft.experiment, draft.given);  // without eigenvalues the error names the missing key
+  draft.experiment.source_text = format_experiment(draft.experiment);
   return std::move(draft.experiment);
 }
 

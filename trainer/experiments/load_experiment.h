@@ -12,8 +12,9 @@
 
 namespace nlo::trainer {
 
-/// An experiment whose file may leave out the eigenvalues of the observer. Then a recipe derives them, and all keys
-/// that depend on them, from the training data (choose/recipe.h).
+/// An experiment whose file may leave out the eigenvalues of a KKL observer, or [training] steps of an observer with
+/// gated units or with a prior. Then a recipe derives them, and all other keys that are missing, from the training data
+/// (choose/recipe.h).
 struct DraftExperiment {
   Experiment experiment;  ///< passes all checks; if eigenvalues are missing, substitutes stand in their place until a
                           ///< recipe derives them
@@ -29,8 +30,8 @@ DraftExperiment read_draft(const std::string& path, const std::vector<std::strin
 DraftExperiment parse_draft(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
 
-/// Reads and checks an experiment file. `overrides` are "section.key=value" with a TOML value (--set) and are applied
-/// after the file. Throws codegen::Error: `FILE:LINE: reason; remedy`.
+/// Reads and checks an experiment file. Missing keys have their defaults. `overrides` are "section.key=value" with a
+/// TOML value (--set) and are applied after the file. Throws codegen::Error: `FILE:LINE: reason; remedy`.
 Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides = {});
 
 /// Reads an experiment from text. Messages name `filename`.
