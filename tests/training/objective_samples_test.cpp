@@ -47,6 +47,35 @@ TEST(Objective, MaskedSamplesHaveNoEffect) {
   }
 }
 
+TEST(Objective, ErrorsBeforeAndAfterTheTransientAreThoseWithTheOtherSamplesMasked) {
+  constexpr double kTolerance = 1e-6;  // sums in another order, in float
+  constexpr int kFrom = 30;            // some of the runs end before
+  const Dataset data = testing::masked(harmonics(kUnequal, false));
+  const auto only = [&data](bool settled) {
+    Dataset part = data;
+    for (Trajectory& run : part.trajectories)
+      for (Eigen::Index k = 0; k < run.samples(); ++k)
+        if ((k >= kFrom) != settled) run.weight(k) = 0.0;
+    return part;
+  };
+  Problem problem(small_experiment(), data), transient(small_experiment(), only(false)),
+      settled(small_experiment(), only(true));
+  for (Problem* part : {&transient, &settled}) part->use_scales_of(problem);
+  const float* parameters = problem.parameters.data();
+  EXPECT_TRUE(problem.objective.validation(parameters).settled_rmse.empty()) << "no end of the transient is set";
+  problem.objective.split_validation_at(kFrom - 0.5);
+  const ObjectiveValue split = problem.objective.validation(parameters);
+  const std::vector<double> before = transient.objective.validation(parameters).state_rmse,
+                            after = settled.objective.validation(parameters).state_rmse;
+  ASSERT_EQ(split.transient_rmse.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_NEAR(split.transient_rmse[i], before[i], kTolerance * before[i]);
+    EXPECT_NEAR(split.settled_rmse[i], after[i], kTolerance * after[i]);
+  }
+  problem.objective.split_validation_at(1000.0);
+  EXPECT_TRUE(problem.objective.validation(parameters).transient_rmse.empty()) << "no run is so long";
+}
+
 TEST(Objective, WeightsActAsShares) {
   // Two runs with weight one half equal one run with weight 1.
   Experiment experiment = small_experiment();

@@ -36,7 +36,11 @@ void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long ste
   // With `all`, every step has the same samples: all samples of all runs.
   std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
   if (!all || samples.empty()) samples = draw_samples(experiment, rollout, step, all, pool);
-  add(BlockKind::kRunning, samples);
+  settled_weight_ = 0.0;
+  if (all && settled_from_ > 0.0)
+    add_split(samples);
+  else
+    add(BlockKind::kRunning, samples);
   shares_.assign(samples.size(), 1.0);
   group_weights_.clear();
   for (const SampleSet& set : samples) group_weights_.push_back(set.total_weight);
@@ -76,10 +80,24 @@ double Blocks::share_by_logarithm(const std::vector<double>& squares, double flo
 }
 
 void Blocks::add(BlockKind kind, const std::vector<SampleSet>& sets) {
+  for (std::size_t g = 0; g < sets.size(); ++g)
+    add(kind, sets[g], static_cast<int>(g), 0, static_cast<int>(sets[g].offsets.size()), false);
+}
+
+void Blocks::add(BlockKind kind, const SampleSet& set, int group, int begin, int end, bool settled) {
+  for (int first = begin; first < end; first += kBlock)
+    blocks_.push_back({kind, {&set, group, first, std::min(kBlock, end - first)}, settled});
+}
+
+void Blocks::add_split(const std::vector<SampleSet>& sets) {
   for (std::size_t g = 0; g < sets.size(); ++g) {
-    const int count = static_cast<int>(sets[g].offsets.size());
-    for (int first = 0; first < count; first += kBlock)
-      blocks_.push_back({kind, {&sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)}});
+    const SampleSet& set = sets[g];
+    // With all samples, the offsets are in the order of time.
+    const auto first = std::ranges::lower_bound(set.offsets, std::ceil(settled_from_) * kGroup);
+    const auto split = static_cast<int>(first - set.offsets.begin()), end = static_cast<int>(set.offsets.size());
+    add(BlockKind::kRunning, set, static_cast<int>(g), 0, split, false);
+    add(BlockKind::kRunning, set, static_cast<int>(g), split, end, true);
+    for (int i = split; i < end; ++i) settled_weight_ += static_cast<double>(set.weights[static_cast<std::size_t>(i)]);
   }
 }
 

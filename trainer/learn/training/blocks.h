@@ -19,10 +19,16 @@ enum class BlockKind { kRunning, kTerminal, kCollocation };
 struct Block {
   BlockKind kind;
   SampleRange samples;
+  bool settled = false;  ///< true if the samples are after the transient, see Blocks::split_at()
 };
 
 class Blocks {
  public:
+  /// From now on, draw() of all samples puts those before and those after the end of the transient into different
+  /// blocks.
+  ///   settled_from  end of the transient [sample periods since the start of the segment]
+  void split_at(double settled_from) { settled_from_ = settled_from; }
+
   /// Draws the samples of a step from the roll-out, or takes all of them, and assigns them to these losses.
   void draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
             ThreadPool& pool);
@@ -38,7 +44,8 @@ class Blocks {
   ///   squares  sum of weighted squared errors of each group
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 
-  double total_weight() const { return total_weight_; }  ///< total weight of the running samples
+  double total_weight() const { return total_weight_; }      ///< total weight of the running samples
+  double settled_weight() const { return settled_weight_; }  ///< the same of those after the transient; 0 without split
   double horizon_s() const { return horizon_s_; }  ///< mean length of the segments if the cost is an integral, else 1
   double running_share() const { return running_share_; }  ///< factor of a sample with weight 1 in the running cost
   /// Returns the running share in a group, if groups count by the logarithm of their errors.
@@ -47,12 +54,15 @@ class Blocks {
 
  private:
   void add(BlockKind kind, const std::vector<SampleSet>& sets);
+  void add(BlockKind kind, const SampleSet& set, int group, int begin, int end, bool settled);
+  void add_split(const std::vector<SampleSet>& sets);
 
   std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
   std::vector<Block> blocks_;
   std::vector<double> shares_, group_weights_;  // one for each group
   std::size_t first_terminal_ = 0;
-  double total_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
+  double settled_from_ = 0.0;  // 0: draw() does not split
+  double total_weight_ = 0.0, settled_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
 };
 
 }  // namespace nlo::trainer

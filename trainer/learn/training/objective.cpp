@@ -73,7 +73,8 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
   estimate.evaluate(rollout_, block.samples, network);
   const bool running = block.kind == BlockKind::kRunning;
   const auto at = running ? EstimateLoss::At::kSamples : EstimateLoss::At::kSegmentEnds;
-  for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares[i] += estimate.squares(i);
+  std::vector<double>& squares = block.settled ? result.settled_squares : result.squares;
+  for (std::size_t i = 0; running && i < estimate.states(); ++i) squares[i] += estimate.squares(i);
   for_each_loss<EstimateLoss>(*loss_, [&](const EstimateLoss& term, double weight) {
     if (term.at == at)
       term.add(estimate, weight * (running ? blocks_.running_share(block.samples.group) : blocks_.terminal_share()),
@@ -139,6 +140,7 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
                           ChunkResult& result, bool backward) {
   result.loss = 0.0;
   result.squares.assign(structure_->state_mean.size(), 0.0);
+  result.settled_squares = result.squares;
   if (backward) workspace.estimate.clear_gradient();
   if (backward && trains_maps()) workspace.maps->clear_gradient();
   for (std::size_t b = begin; b < end; ++b) run_block(blocks_.all()[b], network, workspace, result, backward);
@@ -153,8 +155,8 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
   for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
 }
 
-/// For a cost of logarithms: weights the groups by their errors at these parameters, for which T* runs once more.
-/// Returns the difference between the cost and the weighted squares.
+/// If the cost is a mean of logarithms, evaluates T* at all samples and weights each group by its error there. Returns
+/// the difference between the cost and the weighted squares; 0 for other costs.
 double Objective::share_by_logarithm(const float* network) {
   if (loss_->reduction != Reduction::kLogarithm) return 0.0;
   const std::vector<Block>& blocks = blocks_.all();
@@ -176,6 +178,14 @@ double Objective::share_by_logarithm(const float* network) {
     if (blocks[b].kind == BlockKind::kRunning)
       of_group[static_cast<std::size_t>(blocks[b].samples.group)] += of_block[b];
   return loss_->weight("state_error") * blocks_.share_by_logarithm(of_group, floor);
+}
+
+std::vector<double> Objective::rmse_of(std::vector<double> ChunkResult::*squares, double weight) const {
+  std::vector<double> rmse(structure_->state_mean.size(), 0.0);
+  for (const ChunkResult& chunk : results())
+    for (std::size_t i = 0; i < rmse.size(); ++i) rmse[i] += (chunk.*squares)[i] / weight;
+  for (double& mean_square : rmse) mean_square = std::sqrt(mean_square);
+  return rmse;
 }
 
 ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
@@ -202,13 +212,18 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   for (const ChunkResult& chunk : results()) {
     value.loss += chunk.loss;
     for (std::size_t i = 0; i < value.state_rmse.size(); ++i)
-      value.state_rmse[i] += chunk.squares[i] / blocks_.total_weight();
+      value.state_rmse[i] += (chunk.squares[i] + chunk.settled_squares[i]) / blocks_.total_weight();
   }
   for (double& mean_square : value.state_rmse) {
     value.rmse += mean_square;
     mean_square = std::sqrt(mean_square);
   }
   value.rmse = std::sqrt(value.rmse);
+  const double settled = blocks_.settled_weight(), transient = blocks_.total_weight() - settled;
+  if (settled > 0.0 && transient > 0.0) {
+    value.transient_rmse = rmse_of(&ChunkResult::squares, transient);
+    value.settled_rmse = rmse_of(&ChunkResult::settled_squares, settled);
+  }
   for (int r = 0; r < structure_->latent.learned; ++r) {
     const double lambda = eigenvalues[static_cast<std::size_t>(r)];
     for_each_loss<EigenvalueLoss>(*loss_, [&](const EigenvalueLoss& term, double weight) {

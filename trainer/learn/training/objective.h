@@ -26,6 +26,9 @@ struct ObjectiveValue {
   double loss = 0.0;
   double rmse = 0.0;                    ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
   std::vector<double> state_rmse = {};  ///< n_x, the same for each state
+  /// n_x, the same for each state before and after the end of the transient; empty if no end is set, or if the samples
+  /// are all on one side of it.
+  std::vector<double> transient_rmse = {}, settled_rmse = {};
 };
 
 class Objective {
@@ -43,6 +46,9 @@ class Objective {
   /// is normalised, so is the result; otherwise the state with the largest values alone would decide which model is
   /// best.
   double validate(const float* parameters) { return validation(parameters).rmse; }
+  /// Sets the end of the transient [sample periods since the start], so that validation() also returns the errors
+  /// before and after it.
+  void split_validation_at(double settled_from) { blocks_.split_at(settled_from); }
   ObjectiveValue validation(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
@@ -57,8 +63,8 @@ class Objective {
  private:
   struct ChunkResult {
     double loss = 0.0;
-    std::vector<double> squares;      ///< n_x
-    std::vector<float> gradient;      ///< gradient of T* and T
+    std::vector<double> squares, settled_squares;  ///< n_x, sums over blocks that are not, and that are, settled
+    std::vector<float> gradient;                   ///< gradient of T* and T
     std::vector<double> eigenvalues;  ///< gradient of the PDE residual with respect to the eigenvalues, n_z
   };
   /// The memory of one thread.
@@ -80,6 +86,8 @@ class Objective {
   void run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace, ChunkResult& result,
                  bool backward);
   ObjectiveValue accumulate(const float* parameters, float* gradient);
+  /// Returns the root mean square of each state over the blocks that `squares` counts, n_x.
+  std::vector<double> rmse_of(std::vector<double> ChunkResult::*squares, double weight) const;
   void run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result, bool backward);
   void estimate_losses(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
                        bool backward);

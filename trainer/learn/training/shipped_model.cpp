@@ -301,13 +301,6 @@ SplitError split_error(const codegen::Model& model, const Rollout& validation, d
   return {error(split.transient), error(split.settled)};
 }
 
-/// Returns the end of the transient [sample periods], as in the evaluation of the experiment.
-double settled_from(const TrainingEnd& training) {
-  double from_s = training.options.settled_from_s;
-  if (!(from_s > 0.0)) from_s = settled_from_s(windows_of(training.experiment, training.dataset.longest_s()));
-  return from_s / training.dataset.sample_period_s;
-}
-
 // Facts.
 
 /// Adds the facts of the provenance. The experiment's text comes last, because it is long and readers of model.json
@@ -353,6 +346,12 @@ codegen::ErrorHead error_head(const codegen::Model& model, const float* paramete
 
 }  // namespace
 
+double settled_from(const Experiment& experiment, const Dataset& dataset, const TrainOptions& options) {
+  double from_s = options.settled_from_s;
+  if (!(from_s > 0.0)) from_s = settled_from_s(windows_of(experiment, dataset.longest_s()));
+  return from_s / dataset.sample_period_s;
+}
+
 ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Objective& validator, ThreadPool& pool) {
   const auto& [experiment, dataset, options, structure, failures, state, data_hash] = training;
   const float* best = state.best.data();
@@ -368,7 +367,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
     }
   };
 
-  const double from = settled_from(training);
+  const double from = settled_from(experiment, dataset, options);
   for_each_left_out([&](const Rollout& runs, const std::string& kind) {
     JudgedSet squares = left_out_squares(model, flight, runs, from, training.experiment.inverse_map.fallback);
     squares.kind = kind;

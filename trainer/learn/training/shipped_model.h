@@ -41,6 +41,9 @@ struct ShippedModel {
   SplitError split;                    ///< see TrainingResult
 };
 
+/// Returns the end of the transient [sample periods since the start], as in the evaluation of the experiment.
+double settled_from(const Experiment& experiment, const Dataset& dataset, const TrainOptions& options);
+
 /// `objective`: on the training data; `validator`: on the validation data. A row may read outputs and inputs that T*
 /// does not; angles it reads only as T* does. Where z is the estimate, every state keeps it, and the errors of the rows
 /// are told all the same.

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "codegen/base/error.h"
@@ -149,8 +150,9 @@ class Training {
     constrain(initial);
     ObjectiveValue untrained;
     const bool is_estimator = starts_as_estimator(structure_);
+    if (is_estimator) validator_.split_validation_at(settled_from(experiment_, dataset_, options_));
     if (is_estimator || !options_.resume) untrained = validator_.validation(initial.data());
-    if (is_estimator) start_rmse_ = untrained.state_rmse;
+    if (is_estimator) filter_ = untrained;
     if (options_.resume) {
       const auto parameters = static_cast<std::size_t>(structure_.parameters());
       const std::size_t eigenvalues = structure_.eigenvalues_at(std::vector<float>(parameters).data()).size();
@@ -216,13 +218,21 @@ class Training {
     }
   }
 
-  /// Returns true if a state has a larger error than with the filter that training began with. Such a model is not
-  /// kept.
+  /// Returns true if a state has a larger error than with the filter that training began with, over whole runs, or
+  /// before or after the end of the transient. Such a model is not kept.
   bool is_behind_start(const ObjectiveValue& validation) const {
-    constexpr double kWorse = 1.02;
-    for (std::size_t i = 0; i < start_rmse_.size(); ++i)
-      if (validation.state_rmse[i] > kWorse * start_rmse_[i]) return true;
-    return false;
+    constexpr double kWorse = 1.02, kLeast = 1e-3;  // kLeast: a smaller error counts as this, in deviations
+    const bool normalised = experiment_.loss.is_normalised();
+    const auto is_behind = [&](std::vector<double> ObjectiveValue::*rmse) {
+      const std::vector<double>& filter = (*filter_).*rmse;
+      for (std::size_t i = 0; i < filter.size(); ++i) {
+        const double deviation = normalised ? 1.0 : static_cast<double>(structure_.state_scale[i]);
+        if ((validation.*rmse)[i] > kWorse * std::max(filter[i], kLeast * deviation)) return true;
+      }
+      return false;
+    };
+    return filter_ && (is_behind(&ObjectiveValue::state_rmse) || is_behind(&ObjectiveValue::transient_rmse) ||
+                       is_behind(&ObjectiveValue::settled_rmse));
   }
 
   void add_metrics(const ObjectiveValue& value, double validation_rmse, double rate) {
@@ -295,8 +305,8 @@ class Training {
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
-  std::vector<double> start_rmse_;  ///< n_x, validation errors of the filter that training began with; empty: no filter
-  int unusable_ = 0;                ///< number of gradients in a row that are not finite
+  std::optional<ObjectiveValue> filter_;  ///< validation errors of the filter that training began with, if it was one
+  int unusable_ = 0;                      ///< number of gradients in a row that are not finite
   static constexpr int kMostReturns = 20;
 };
 
