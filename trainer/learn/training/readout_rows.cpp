@@ -82,11 +82,13 @@ void RowInputs::append(const VectorXd& row, double mean, double deviation) {
 
 namespace {
 
-/// Adds ridge regressions on the first `columns` of `u`, see row_candidates().
+constexpr double kStrengths[] = {1e-6, 1e-4, 1e-2};
+
+/// Adds ridge regressions on the first `columns` of `u`, see fit_rows().
 void add_ridges(Index columns, const MatrixXd& u, const RowInputs& inputs, const SampledTruth& training,
                 double settled_from, std::vector<RowCandidate>& result) {
   const auto add = [&](const auto& ridge) {
-    for (const double strength : kRidges) {
+    for (const double strength : kStrengths) {
       MatrixXd rows = MatrixXd::Zero(training.x.rows(), 1 + inputs.all());
       rows.leftCols(1 + columns) = ridge.fit(strength);
       result.push_back({std::move(rows), columns > inputs.features()});
@@ -158,8 +160,6 @@ StateSquares squares_in(const CandidateErrors& errors, const VectorXd& weights) 
   return squares;
 }
 
-}  // namespace
-
 std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
                                          const SampledTruth& training, double settled_from, bool with_distances) {
   const MatrixXd u = inputs.values(training);
@@ -177,12 +177,22 @@ std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowI
   return result;
 }
 
-JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
-                     const SampledTruth& samples, double settled_from) {
+}  // namespace
+
+std::optional<FittedRows> fit_rows(const codegen::Model& model, const Rollout& training, double settled_from,
+                                   bool with_distances) {
+  SampledTruth fitted = sample_truth(model, training, kReadoutSamples);
+  if (fitted.weights.size() == 0) return std::nullopt;
+  RowInputs inputs(model, fitted);
+  std::vector<RowCandidate> candidates = row_candidates(model, inputs, fitted, settled_from, with_distances);
+  return FittedRows{std::move(fitted), std::move(inputs), std::move(candidates), settled_from};
+}
+
+JudgedSet squares_of(const codegen::Model& model, const FittedRows& rows, const SampledTruth& samples) {
   const codegen::ReferenceObserver<float> observer(model);
   const MatrixXd of_map = errors_of(observer.estimates(samples.z, samples.y), samples.x, model.states);
-  const MatrixXd u = with_one(inputs.values(samples));
-  const WindowWeights split = split_weights(samples, settled_from);
+  const MatrixXd u = with_one(rows.inputs.values(samples));
+  const WindowWeights split = split_weights(samples, rows.settled_from);
   JudgedSet result;
   if (split.has_both()) result.windows.resize(2);
   for (Index i = 0; i < model.nx(); ++i) {
@@ -191,7 +201,7 @@ JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const
     const auto errors_in = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
       return errors_of(estimate, errors.truth, {state});
     };
-    for (const RowCandidate& candidate : all) {
+    for (const RowCandidate& candidate : rows.candidates) {
       errors.rows.push_back(errors_in(candidate.rows.row(i) * u));
       errors.distances.push_back(candidate.distance.size() > 0 ? candidate.distance(i) : 0.0);
     }
@@ -208,14 +218,9 @@ JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const
   return result;
 }
 
-JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
-                           double settled_from, bool with_distances) {
-  const SampledTruth fitted = sample_truth(model, training, kReadoutSamples),
-                     judged = sample_truth(model, left_out, kReadoutSamples);
-  if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
-  const RowInputs inputs(model, fitted);
-  return squares_of(model, inputs, row_candidates(model, inputs, fitted, settled_from, with_distances), judged,
-                    settled_from);
+JudgedSet squares_on(const codegen::Model& model, const FittedRows& rows, const Rollout& judged) {
+  const SampledTruth samples = sample_truth(model, judged, kReadoutSamples);
+  return samples.weights.size() == 0 ? JudgedSet{} : squares_of(model, rows, samples);
 }
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "codegen/model/model.h"
@@ -49,27 +50,33 @@ struct RowCandidate {
   Eigen::VectorXd distance = {};
 };
 
-/// Returns the candidates, simpler ones first:
-///   - ridges on the features, one for each strength of kRidges: first fitted on all samples, then on the settled ones
-///   - the constant
-///   - if a row can read outputs and inputs beside the features: the same ridges on both, then each reading alone
-/// If features are multiplied by clocks, a TransientRidge takes the place of the ridges on all samples.
-///   settled_from    end of the transient [sample periods since the start]
-///   with_distances  RowCandidate::distance is measured, for a fallback
-std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
-                                         const SampledTruth& training, double settled_from, bool with_distances);
-inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
-
-/// Returns squared errors of T* and of every candidate on the samples of one set, whose weights have a sum > 0.
-JudgedSet squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
-                     const SampledTruth& samples, double settled_from);
-
 /// Largest number of samples of a set on which rows are fitted and compared.
 inline constexpr Eigen::Index kReadoutSamples = 150000;
 
-/// Returns squared errors on left-out data, for rows that are fitted to `training`. Empty if no truth counts there.
-JudgedSet left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out,
-                           double settled_from, bool with_distances);
+/// The candidates of a model, and the training data to which they are fitted.
+struct FittedRows {
+  SampledTruth training;
+  RowInputs inputs;
+  std::vector<RowCandidate> candidates;  ///< simpler ones first
+  double settled_from;                   ///< end of the transient [sample periods since the start]
+};
+
+/// Fits these candidates to samples of `training`:
+///   - ridges on the features, of three strengths: first fitted on all samples, then on the settled ones
+///   - the constant
+///   - if a row can read outputs and inputs beside the features: the same ridges on both, then each reading alone
+/// If features are multiplied by clocks, a TransientRidge takes the place of the ridges on all samples. Returns nothing
+/// if no truth counts in `training`.
+///   settled_from    end of the transient [sample periods since the start]
+///   with_distances  RowCandidate::distance is measured, for a fallback
+std::optional<FittedRows> fit_rows(const codegen::Model& model, const Rollout& training, double settled_from,
+                                   bool with_distances);
+
+/// Returns squared errors of T* and of every candidate on samples, whose weights have a sum > 0.
+JudgedSet squares_of(const codegen::Model& model, const FittedRows& rows, const SampledTruth& samples);
+
+/// Returns the same on samples of `judged`. Empty if no truth counts there.
+JudgedSet squares_on(const codegen::Model& model, const FittedRows& rows, const Rollout& judged);
 
 /// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i. If reach(i) > 0, row
 /// i becomes the fallback of state i.

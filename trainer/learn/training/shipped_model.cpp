@@ -208,23 +208,20 @@ Choice choose(const Judge& judge, bool may_fall_back) {
 }
 
 /// Chooses the readout of each state and writes it into the model's T*.
-///   flight        training data as flown with the model's parameters: rows are fitted on it
-///   validation    whole validation runs, with noise
-///   config        if T* has an error head, T* keeps its hidden layers even if no state uses them
-///   left_out      left_out_squares() of each group that was left out of a training; these choose. Empty: flight and
-///                 validation do
-///   settled_from  end of the transient [sample periods]
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation,
-                       const InverseMapConfig& config, const std::vector<JudgedSet>& left_out, double settled_from) {
-  const SampledTruth training = sample_truth(model, flight, kReadoutSamples);
-  const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
-  if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
-  const RowInputs inputs(model, training);
+///   fitted      rows that are fitted to the training data, as flown with the model's parameters
+///   validation  whole validation runs, with noise
+///   config      if T* has an error head, T* keeps its hidden layers even if no state uses them
+///   left_out    squares_on() each group that was left out of a training; these choose. Empty: the training data and
+///               the validation runs choose
+Readout choose_readout(codegen::Model& model, const FittedRows& fitted, const Rollout& validation,
+                       const InverseMapConfig& config, const std::vector<JudgedSet>& left_out) {
+  const JudgedSet on_validation = squares_on(model, fitted, validation);
+  if (on_validation.all.empty()) return {};
+  const RowInputs& inputs = fitted.inputs;
+  const std::vector<RowCandidate>& rows = fitted.candidates;
   const bool may_fall_back = codegen::inverse_map(model) != nullptr && config.fallback && !left_out.empty();
-  const std::vector<RowCandidate> rows = row_candidates(model, inputs, training, settled_from, may_fall_back);
-  const JudgedSet on_validation = squares_of(model, inputs, rows, judged, settled_from);
   std::vector<JudgedSet> sets = left_out;
-  if (sets.empty()) sets = {squares_of(model, inputs, rows, training, settled_from), on_validation};
+  if (sets.empty()) sets = {squares_of(model, fitted, fitted.training), on_validation};
   for (const JudgedSet& set : sets)
     if (set.all.front().row.size() != rows.size())
       throw codegen::Error("left-out logs: trainings without them have other features");
@@ -368,17 +365,21 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   };
 
   const double from = settled_from(experiment, dataset, options);
+  const bool chooses_readout = is_chosen(experiment.inverse_map.readout);
+  std::optional<FittedRows> rows;
+  if (chooses_readout || !options.left_out.empty())
+    rows = fit_rows(model, flight, from, experiment.inverse_map.fallback);
   for_each_left_out([&](const Rollout& runs, const std::string& kind) {
-    JudgedSet squares = left_out_squares(model, flight, runs, from, training.experiment.inverse_map.fallback);
+    JudgedSet squares = rows ? squares_on(model, *rows, runs) : JudgedSet{};
     squares.kind = kind;
     if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
-  if (is_chosen(experiment.inverse_map.readout)) {
+  if (chooses_readout && rows) {
     // The same evidence chooses here and for all logs, so that a training without some of them ships the same readouts.
     std::vector<JudgedSet> chooses;
     for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
       chooses.push_back(group.squares);
-    shipped.readout = choose_readout(model, flight, validation, experiment.inverse_map, chooses, from);
+    shipped.readout = choose_readout(model, *rows, validation, experiment.inverse_map, chooses);
   }
   shipped.validation_rmse = shipped_rmse(training, shipped.readout);
 
