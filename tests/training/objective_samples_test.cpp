@@ -76,6 +76,26 @@ TEST(Objective, ErrorsBeforeAndAfterTheTransientAreThoseWithTheOtherSamplesMaske
   EXPECT_TRUE(problem.objective.validation(parameters).transient_rmse.empty()) << "no run is so long";
 }
 
+TEST(Objective, IsBehindAFilterIfAStateIsInAnyWindow) {
+  const std::vector<double> deviations = {1.0, 10.0};
+  const ObjectiveValue filter{
+      .rmse = 0.5, .state_rmse = {0.3, 0.4}, .transient_rmse = {0.6, 0.8}, .settled_rmse = {0.01, 1e-5}};
+  EXPECT_FALSE(is_behind(filter, filter, deviations));
+  for (const auto window :
+       {&ObjectiveValue::state_rmse, &ObjectiveValue::transient_rmse, &ObjectiveValue::settled_rmse}) {
+    ObjectiveValue observer = filter;
+    (observer.*window)[0] *= 1.019;
+    EXPECT_FALSE(is_behind(observer, filter, deviations));
+    (observer.*window)[0] *= 1.002;
+    EXPECT_TRUE(is_behind(observer, filter, deviations));
+  }
+  ObjectiveValue observer = filter;
+  observer.settled_rmse[1] = 0.0102;
+  EXPECT_FALSE(is_behind(observer, filter, deviations)) << "0.001 deviations are small enough";
+  observer.settled_rmse[1] = 0.0103;
+  EXPECT_TRUE(is_behind(observer, filter, deviations));
+}
+
 TEST(Objective, WeightsActAsShares) {
   // Two runs with weight one half equal one run with weight 1.
   Experiment experiment = small_experiment();

@@ -19,6 +19,15 @@ constexpr double kLogarithmFloor = 0.005;
 
 }  // namespace
 
+bool is_behind(const ObjectiveValue& observer, const ObjectiveValue& filter, const std::vector<double>& deviations) {
+  constexpr double kWorse = 1.02, kLeast = 1e-3;
+  for (const auto window :
+       {&ObjectiveValue::state_rmse, &ObjectiveValue::transient_rmse, &ObjectiveValue::settled_rmse})
+    for (std::size_t i = 0; i < (filter.*window).size(); ++i)
+      if ((observer.*window)[i] > kWorse * std::max((filter.*window)[i], kLeast * deviations[i])) return true;
+  return false;
+}
+
 Objective::Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
                      ThreadPool& pool)
     : experiment_(&experiment),

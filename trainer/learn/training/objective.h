@@ -31,6 +31,11 @@ struct ObjectiveValue {
   std::vector<double> transient_rmse = {}, settled_rmse = {};
 };
 
+/// Returns true if the error of a state is more than 2 % larger than that of a filter, over whole runs, or before or
+/// after the end of the transient. An error below 0.001 deviations counts as 0.001 deviations.
+///   deviations  n_x, standard deviations of the states in the units of the errors
+bool is_behind(const ObjectiveValue& observer, const ObjectiveValue& filter, const std::vector<double>& deviations);
+
 class Objective {
  public:
   /// `structure` may still be normalised before the first evaluation. The PDE residual needs f in the data, at samples

@@ -212,27 +212,17 @@ class Training {
   void validate(const ObjectiveValue& value, double rate) {
     const ObjectiveValue validation = validator_.validation(state_.average.data());
     add_metrics(value, validation.rmse, rate);
-    if (std::isfinite(validation.rmse) && validation.rmse < state_.best_rmse && !is_behind_start(validation)) {
+    if (std::isfinite(validation.rmse) && validation.rmse < state_.best_rmse && !is_behind_filter(validation)) {
       state_.best_rmse = validation.rmse;
       state_.best = state_.average;
     }
   }
 
-  /// Returns true if a state has a larger error than with the filter that training began with, over whole runs, or
-  /// before or after the end of the transient. Such a model is not kept.
-  bool is_behind_start(const ObjectiveValue& validation) const {
-    constexpr double kWorse = 1.02, kLeast = 1e-3;  // kLeast: a smaller error counts as this, in deviations
-    const bool normalised = experiment_.loss.is_normalised();
-    const auto is_behind = [&](std::vector<double> ObjectiveValue::*rmse) {
-      const std::vector<double>& filter = (*filter_).*rmse;
-      for (std::size_t i = 0; i < filter.size(); ++i) {
-        const double deviation = normalised ? 1.0 : static_cast<double>(structure_.state_scale[i]);
-        if ((validation.*rmse)[i] > kWorse * std::max(filter[i], kLeast * deviation)) return true;
-      }
-      return false;
-    };
-    return filter_ && (is_behind(&ObjectiveValue::state_rmse) || is_behind(&ObjectiveValue::transient_rmse) ||
-                       is_behind(&ObjectiveValue::settled_rmse));
+  bool is_behind_filter(const ObjectiveValue& validation) const {
+    if (!filter_) return false;
+    std::vector<double> deviations(structure_.state_scale.begin(), structure_.state_scale.end());
+    if (experiment_.loss.is_normalised()) deviations.assign(deviations.size(), 1.0);
+    return is_behind(validation, *filter_, deviations);
   }
 
   void add_metrics(const ObjectiveValue& value, double validation_rmse, double rate) {
