@@ -92,6 +92,19 @@ TEST(MeasurementNoise, IsAddedToTheAngleNotToItsSine) {
   EXPECT_EQ(measured.row(2), expected.row(1));
 }
 
+TEST(MeasurementNoise, ClipsAndRoundsTheAngleNotItsSine) {
+  constexpr double kDegree = 3.141592653589793 / 180.0;
+  const Eigen::RowVectorXd angle = Eigen::RowVectorXd::LinSpaced(100, -160.0, 160.0);  // with noise within half a turn
+  Eigen::MatrixXd encoded(2, 100);
+  encoded << (kDegree * angle.array()).sin(), (kDegree * angle.array()).cos();
+  const NoiseConfig noise = parse_noise("uniform:5+clipped:90+quantised:10");
+  const Eigen::MatrixXd expected = kDegree * MeasurementNoise(noise, 3, 0).on(angle);
+  EXPECT_GT(expected.maxCoeff(), 80.0 * kDegree);
+  const Eigen::MatrixXd measured = MeasurementNoise(noise, 3, 0).on(encoded, {{0, 360.0}});
+  EXPECT_LE((measured.row(0).array() - expected.array().sin()).abs().maxCoeff(), 1e-13);
+  EXPECT_LE((measured.row(1).array() - expected.array().cos()).abs().maxCoeff(), 1e-13);
+}
+
 TEST(MeasurementNoise, StudentsTHasItsTails) {
   // P(|t_2| < x) = x / sqrt(2 + x^2), P(|t_1| < x) = 2 atan(x) / pi; 20,000 draws: three standard errors are .011.
   for (const auto& [text, x, share] : {std::tuple{"student:0.5:2", 1.0, 1.0 / std::sqrt(3.0)},

@@ -139,5 +139,19 @@ TEST(RolloutNoise, IsAddedToTheAngleNotToItsSine) {
   EXPECT_GT(y.row(3).cwiseAbs().maxCoeff(), 1.5) << "the third sensor follows the angle";
 }
 
+TEST(RolloutNoise, ClipsAndRoundsTheAngleNotItsSine) {
+  constexpr double kFloat = 1e-5;  // a reading of 1.5 rad in steps of 0.1 rad
+  const Eigen::MatrixXd y = noisy(still(true), parse_noise("none,uniform:1+clipped:0.9+quantised:0.1,none"));
+  double largest = 0.0, smallest = 1.0;
+  for (Eigen::Index k = 0; k < y.cols(); ++k) {
+    const double steps = 10.0 * std::atan2(y(1, k), y(2, k));
+    ASSERT_NEAR(steps, std::round(steps), 10.0 * kFloat);
+    largest = std::max(largest, steps);
+    smallest = std::min(smallest, steps);
+  }
+  EXPECT_NEAR(largest, 9.0, 10.0 * kFloat) << "clipped";
+  EXPECT_NEAR(smallest, -5.0, 10.0 * kFloat) << "0.5 rad and noise of up to 1 rad";
+}
+
 }  // namespace
 }  // namespace nlo::trainer

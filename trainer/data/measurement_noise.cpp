@@ -15,6 +15,7 @@
 #include "trainer/base/interpolate.h"
 #include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
+#include "trainer/base/sensor_reading.h"
 
 namespace nlo::trainer {
 namespace {
@@ -88,18 +89,18 @@ Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::
     auto angle = angles.begin();
     std::size_t sensor = 0;
     for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
-      const double quantum = config_.of(sensor).quantum, limit = config_.of(sensor).limit;
+      const SensorNoise& own = config_.of(sensor);
       const double v = draw(sensor++);
       if (angle == angles.end() || angle->sine != row) {
-        noisy(row, k) += v;
-        if (limit > 0.0) noisy(row, k) = std::clamp(noisy(row, k), -limit, limit);
-        if (quantum > 0.0) noisy(row, k) = quantum * std::round(noisy(row, k) / quantum);
+        noisy(row, k) = reading_of(own, noisy(row, k) + v);
         continue;
       }
       const double radians = 2.0 * std::numbers::pi * v / angle->wrap;
       const double sine = noisy(row, k), cosine = noisy(row + 1, k), s = std::sin(radians), c = std::cos(radians);
       noisy(row, k) = sine * c + cosine * s;
-      noisy(++row, k) = cosine * c - sine * s;
+      noisy(row + 1, k) = cosine * c - sine * s;
+      if (clips_or_rounds(own)) read_angle(own, angle->wrap, noisy(row, k), noisy(row + 1, k));
+      ++row;
       ++angle;
     }
   }

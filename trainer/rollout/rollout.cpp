@@ -8,6 +8,7 @@
 
 #include "codegen/fold/fold.h"
 #include "trainer/base/noise_table.h"
+#include "trainer/base/sensor_reading.h"
 
 namespace nlo::trainer {
 namespace {
@@ -347,7 +348,6 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       for (int l = 0; l < kGroup; ++l)
         bias[l] += level[l] * static_cast<float>(own.common_bias) * unit * (2.0F * common[l] - 1.0F);
     }
-    const auto quantum = static_cast<float>(own.quantum), limit = static_cast<float>(own.limit);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     std::array<LaneValue, 128> series;
@@ -378,9 +378,12 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
         add(t, count, [&](int) { return biases; });
       }
     }
-    const std::size_t size = encoded ? 0 : group.at(1, 0);
-    for (std::size_t i = 0; limit > 0.0F && i < size; ++i) y[i] = std::clamp(y[i], -limit, limit);
-    for (std::size_t i = 0; quantum > 0.0F && i < size; ++i) y[i] = quantum * std::round(y[i] / quantum);
+    if (!clips_or_rounds(own)) continue;
+    for (std::size_t i = 0, size = group.at(1, 0); i < size; ++i)
+      if (encoded)
+        read_angle(own, wrap, y[i], cosine[i]);
+      else
+        y[i] = reading_of(own, y[i]);
   }
 }
 
