@@ -86,14 +86,15 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
 
 std::string misleading_validation(const TrainableStructure& structure, const Experiment& base) {
   if (!structure.has_known_equations()) return {};
+  if (const std::string count = base.plant ? counted_state(*base.plant) : ""; !count.empty())
+    return fmt::format(
+        "{0} may count without end, and a flight beyond its range in training would be clamped. If {0} is an angle, "
+        "give its full turn in [plant] state_wraps and output_wraps, and \"sincos\" in state_encodings and "
+        "output_encodings",
+        count);
   if (simulates_an_exact_plant(base))
     return "it would trust the equations completely. Give each parameter that is not known exactly a range, "
            "damping = [0.3, 0.5], or give [simulation] process_noise";
-  if (const std::string count = base.plant ? counted_state(*base.plant) : ""; !count.empty())
-    return fmt::format(
-        "{0} may count without end, and a flight beyond its range in training would be clamped. If {0} is "
-        "an angle, give its sine and cosine: [plant] state_encodings and output_encodings",
-        count);
   return {};
 }
 
