@@ -76,24 +76,31 @@ TEST(Objective, ErrorsBeforeAndAfterTheTransientAreThoseWithTheOtherSamplesMaske
   EXPECT_TRUE(problem.objective.validation(parameters).transient_rmse.empty()) << "no run is so long";
 }
 
-TEST(Objective, IsBehindAFilterIfAStateIsInAnyWindow) {
+TEST(Objective, IsBehindAFilterIfAStateIsOverWholeRunsOrInTheMeanOfTheWindows) {
   const std::vector<double> deviations = {1.0, 10.0};
   const ObjectiveValue filter{
-      .rmse = 0.5, .state_rmse = {0.3, 0.4}, .transient_rmse = {0.6, 0.8}, .settled_rmse = {0.01, 1e-5}};
-  EXPECT_FALSE(is_behind(filter, filter, deviations));
-  for (const auto window :
-       {&ObjectiveValue::state_rmse, &ObjectiveValue::transient_rmse, &ObjectiveValue::settled_rmse}) {
+      .rmse = 0.5, .state_rmse = {0.3, 0.4}, .transient_rmse = {0.6, 0.8}, .settled_rmse = {0.02, 1e-5}};
+  const auto is_behind_with = [&](double whole, double transient, double settled) {
     ObjectiveValue observer = filter;
-    (observer.*window)[0] *= 1.019;
-    EXPECT_FALSE(is_behind(observer, filter, deviations));
-    (observer.*window)[0] *= 1.002;
-    EXPECT_TRUE(is_behind(observer, filter, deviations));
-  }
+    observer.state_rmse[0] *= whole;
+    observer.transient_rmse[0] *= transient;
+    observer.settled_rmse[0] *= settled;
+    return is_behind(observer, filter, deviations);
+  };
+  EXPECT_FALSE(is_behind_with(1.019, 1.019, 1.019));
+  EXPECT_TRUE(is_behind_with(1.021, 1.0, 1.0));
+  EXPECT_TRUE(is_behind_with(1.0, 1.021 * 1.021, 1.0));
+  EXPECT_TRUE(is_behind_with(0.99, 0.99, 2.0)) << "the settled error doubles, which hardly shows over whole runs";
+  EXPECT_FALSE(is_behind_with(0.9, 1.1, 0.5)) << "the settled error falls by more than the transient one grows";
+
   ObjectiveValue observer = filter;
-  observer.settled_rmse[1] = 0.0102;
-  EXPECT_FALSE(is_behind(observer, filter, deviations)) << "0.001 deviations are small enough";
-  observer.settled_rmse[1] = 0.0103;
+  observer.settled_rmse[1] = 0.0104;  // the filter's error counts as 0.001 deviations; 1.02^2 of that is the limit
+  EXPECT_FALSE(is_behind(observer, filter, deviations));
+  observer.settled_rmse[1] = 0.0105;
   EXPECT_TRUE(is_behind(observer, filter, deviations));
+  observer.settled_rmse.clear();
+  observer.transient_rmse.clear();
+  EXPECT_FALSE(is_behind(observer, filter, deviations)) << "runs without an end of the transient have no windows";
 }
 
 TEST(Objective, WeightsActAsShares) {

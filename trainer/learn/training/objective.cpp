@@ -21,10 +21,15 @@ constexpr double kLogarithmFloor = 0.005;
 
 bool is_behind(const ObjectiveValue& observer, const ObjectiveValue& filter, const std::vector<double>& deviations) {
   constexpr double kWorse = 1.02, kLeast = 1e-3;
-  for (const auto window :
-       {&ObjectiveValue::state_rmse, &ObjectiveValue::transient_rmse, &ObjectiveValue::settled_rmse})
-    for (std::size_t i = 0; i < (filter.*window).size(); ++i)
-      if ((observer.*window)[i] > kWorse * std::max((filter.*window)[i], kLeast * deviations[i])) return true;
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    const auto ratio = [&](const std::vector<double>& own, const std::vector<double>& of_filter) {
+      const double least = kLeast * deviations[i];
+      return own.empty() ? 1.0 : std::max(own[i], least) / std::max(of_filter[i], least);
+    };
+    const double in_windows = std::sqrt(ratio(observer.transient_rmse, filter.transient_rmse) *
+                                        ratio(observer.settled_rmse, filter.settled_rmse));
+    if (std::max(ratio(observer.state_rmse, filter.state_rmse), in_windows) > kWorse) return true;
+  }
   return false;
 }
 

@@ -31,8 +31,9 @@ struct ObjectiveValue {
   std::vector<double> transient_rmse = {}, settled_rmse = {};
 };
 
-/// Returns true if the error of a state is more than 2 % larger than that of a filter, over whole runs, or before or
-/// after the end of the transient. An error below 0.001 deviations counts as 0.001 deviations.
+/// Returns true if the error of a state is more than 2 % larger than that of a filter, over whole runs or in the
+/// geometric mean of the errors before and after the end of the transient. Over whole runs the transient dominates, so
+/// that the settled error could double. An error below 0.001 deviations counts as 0.001 deviations.
 ///   deviations  n_x, standard deviations of the states in the units of the errors
 bool is_behind(const ObjectiveValue& observer, const ObjectiveValue& filter, const std::vector<double>& deviations);
 
