@@ -93,7 +93,8 @@ class Deriver {
  public:
   Deriver(const DraftExperiment& draft, const Dataset& training, const Dataset& validation)
       : draft_(draft),
-        base_(with_linear_latent(experiment_for_data(draft), training.sample_period_s)),
+        for_data_(experiment_for_data(draft)),
+        base_(with_linear_latent(for_data_, training.sample_period_s)),
         data_(training),
         validation_(validation),
         period_s_(training.sample_period_s),
@@ -114,7 +115,7 @@ class Deriver {
       complete(e, choice);
       experiments.push_back(checked(e));
     }
-    const std::vector<Rival> rivals = structure_rivals(draft_, experiment_for_data(draft_), scales);
+    const std::vector<Rival> rivals = structure_rivals(draft_, for_data_, scales);
     if (finalists.size() == 1 && rivals.empty() && !may_read_clock_products())
       return {experiments.front(), text_of(experiments.front(), finalists.front())};
 
@@ -138,20 +139,19 @@ class Deriver {
     double error = 0.0;  ///< Pilots::error()
   };
 
-  bool is_linear_latent() const { return draft_.experiment.observer.structure == base_.observer.structure; }
+  bool is_linear_latent() const { return for_data_.observer.structure == base_.observer.structure; }
 
   /// Returns the recipe of a draft that names a structure with units.
   Recipe with_units(const DataScales& scales) const {
-    const TrainableStructure& structure = structure_of(draft_.experiment.observer);
-    const Experiment base = experiment_for_data(draft_);
-    Experiment e = with_structure(draft_, base, structure, scales);
+    const TrainableStructure& structure = structure_of(for_data_.observer);
+    Experiment e = with_structure(draft_, for_data_, structure, scales);
     const UnitSettings& units = e.observer.own.get<UnitSettings>();
     std::string text = fmt::format(
         "derived  structure \"{}\": {} units, at first with rates from {} to {} 1/s\n"
         "         T* {}, {} steps{}; all of it: derived.toml\n",
         structure.name(), units.units, shortest_text(units.rates.front()), shortest_text(units.rates.back()),
         map_text(e.inverse_map), e.training.steps, data_text(e));
-    if (const std::string reason = misleading_validation(structure, base); !reason.empty())
+    if (const std::string reason = misleading_validation(structure, for_data_); !reason.empty())
       text += fmt::format("warning: in flight a prior may be worse than its validation: {}\n", reason);
     return {std::move(e), std::move(text)};
   }
@@ -429,7 +429,8 @@ class Deriver {
   }
 
   const DraftExperiment& draft_;
-  Experiment base_;
+  Experiment for_data_;  ///< experiment_for_data()
+  Experiment base_;      ///< the same with a linear latent system
   const Dataset& data_;
   const Dataset& validation_;
   double period_s_, length_s_;

@@ -104,12 +104,10 @@ std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experime
   for (const TrainableStructure* structure : structure_table()) {
     if (structure->name() == base.observer.structure) continue;
     if (structure->learns_to_average_noise() && simulates_without_noise(base)) continue;
-    Experiment adopting = base;
-    if (!structure->adopt(adopting, scales.sample_period_s)) continue;
     try {
       rivals.push_back({with_structure(draft, base, *structure, scales), misleading_validation(*structure, base)});
     } catch (const codegen::Error&) {
-      continue;  // the structure's own checks refuse the experiment
+      continue;  // the structure does not fit
     }
   }
   return rivals;
