@@ -115,9 +115,9 @@ class Equations {
   std::vector<double> parameters_;
 };
 
-/// Checks that y, dx/dt, their slopes and a piece of a step of RK4 stay far below the largest float32 for every x and u
-/// of the region. The middle points of RK4 may be outside of the region, where quotients and functions may be
-/// unbounded. In flight such a value is NaN, and the observer resets.
+/// Checks that y, dx/dt, their slopes and a piece of an RK4 step stay far below the largest float32 for every x and u
+/// within the given intervals. RK4 also evaluates the equations at middle points, which may be outside the intervals.
+/// Quotients and functions may be unbounded there: in flight such a value is NaN, and the observer resets.
 ///   x  carried() intervals, the limits of [x; p];  u  n_u intervals
 /// Throws Error with the equation and the remedy.
 void check_bounded(const Equations& equations, std::vector<Interval> x, const std::vector<Interval>& u,

@@ -49,8 +49,8 @@ double measured_angle(double angle, double low, double turn) {
   return angle - turn * std::floor((angle - low) / turn);
 }
 
-/// Returns a step [sample periods]. It keeps a distance from 1.5, so that rounding cannot change the number of pieces
-/// of the step.
+/// Returns the length of a step [sample periods]. Lengths near 1.5 are left out, because rounding could then change the
+/// number of pieces into which the observer splits the step.
 double irregular_step(Uniform& uniform) {
   const double step = 0.4 + 1.6 * uniform();
   return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;

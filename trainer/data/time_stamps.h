@@ -9,9 +9,9 @@
 
 namespace nlo::trainer {
 
-/// Jitter that counts as regular: the largest distance of a stamp from the grid, as a share of the period. The jitter
-/// of the Qube's timer is below 0.06, and treating it as regular or as stamped changes the errors by less than a per
-/// cent. A clock that drifts or pauses exceeds the limit and is used as stamped.
+/// Jitter that counts as regular: the largest distance of a stamp from the grid, as a share of the period. The Qube's
+/// timer has a jitter below 0.06. Whether its samples count as regular or as stamped changes the errors by less than a
+/// per cent. The samples of a clock that drifts or pauses exceed this limit and count as stamped.
 inline constexpr double kRegularJitter = 0.1;
 
 /// Two regular clocks are the same if their periods agree to this share. Then no velocity has a larger error.

@@ -60,10 +60,11 @@ class ColumnNumbers {
   std::string where_missing_;
 };
 
-/// The full turn of an angle; 0 if it does not seem to wrap. There are two cases. Either the column jumps: it has steps
-/// of more than half a turn, all of them near a whole turn, and its range is one turn. Or `unit` is a unit of angles,
-/// and the numbers stay within [-1/2, 1/2] or [0, 1] turns, fill half of this range and come near half a turn: then
-/// another run may jump.
+/// The full turn of an angle; 0 if it does not seem to wrap. An angle seems to wrap in two cases:
+///   - the column jumps: some steps are larger than half a turn, all these are near a whole turn, and the range is one
+///     turn
+///   - `unit` is a unit of angles, and the numbers stay within [-1/2, 1/2] or [0, 1] turns, fill half of this range and
+///     come near half a turn, so that another run may jump
 struct FullTurn {
   double wrap = 0.0;
   std::string unit;    ///< "rad" or "deg", if the angle wraps

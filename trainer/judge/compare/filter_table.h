@@ -16,8 +16,8 @@
 
 namespace nlo::trainer {
 
-/// The knowledge of all filters about a plant under one condition: nominal parameters and process noise, initial states
-/// of the training, and nominal variance of the sensors' noise. Two threads must not share it.
+/// All filters know this about a plant under one condition: its nominal parameters and process noise, the initial
+/// states in training, and the nominal variance of the sensors' noise. Two threads must not share it.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
