@@ -85,21 +85,22 @@ TEST(PlantErrors, NameWrongInitialStates) {
         "initial_distribution = \"circle\"\ninitial_axes = [[2, 0], [0, 2]]\ninitial_centre = [1, 1]",
         "initial_distribution = \"list\"\ninitial_states = [[1, 2]]"})
     EXPECT_EQ(error_of(with_start(start)), "no error") << start;
-  expect_rows(kPlantExperiment,
-              {
-                  {corners, "initial_distribution = \"circle\"", "e.toml:7", "initial_axes has 0 half axes"},
-                  {corners, "initial_distribution = \"circle\"\ninitial_axes = [[2, 0], [2]]", "e.toml:11",
-                   "initial_axes[1] has 1 numbers; the plant has 2 states"},
-                  {corners, "initial_distribution = \"circle\"\ninitial_axes = [[2, 0], [0, 2]]\ninitial_centre = [0]",
-                   "e.toml:12", "initial_centre has 1 numbers"},
-                  {corners, "initial_distribution = \"list\"", "e.toml:7", "initial_states is empty"},
-                  {corners, "initial_distribution = \"list\"\ninitial_states = [[1, 2], [3]]", "e.toml:11",
-                   "initial_states[1] has 1 numbers"},
-                  {corners, "initial_distribution = \"point\"", "e.toml:10", "use \"uniform\""},
-                  {"[-1, -1]", "[-1, -1]\ninitial_states = [[0, 0]]", "e.toml:11",
-                   "initial_states has no effect with initial_distribution = \"uniform\""},
-                  {"[-1, -1]", "[-1, -1]\ninitial_distribution = \"list\"", "e.toml:10", "initial_low has no effect with"},
-              });
+  expect_rows(
+      kPlantExperiment,
+      {
+          {corners, "initial_distribution = \"circle\"", "e.toml:7", "initial_axes has 0 half axes"},
+          {corners, "initial_distribution = \"circle\"\ninitial_axes = [[2, 0], [2]]", "e.toml:11",
+           "initial_axes[1] has 1 numbers; the plant has 2 states"},
+          {corners, "initial_distribution = \"circle\"\ninitial_axes = [[2, 0], [0, 2]]\ninitial_centre = [0]",
+           "e.toml:12", "initial_centre has 1 numbers"},
+          {corners, "initial_distribution = \"list\"", "e.toml:7", "initial_states is empty"},
+          {corners, "initial_distribution = \"list\"\ninitial_states = [[1, 2], [3]]", "e.toml:11",
+           "initial_states[1] has 1 numbers"},
+          {corners, "initial_distribution = \"point\"", "e.toml:10", "use \"uniform\""},
+          {"[-1, -1]", "[-1, -1]\ninitial_states = [[0, 0]]", "e.toml:11",
+           "initial_states has no effect with initial_distribution = \"uniform\""},
+          {"[-1, -1]", "[-1, -1]\ninitial_distribution = \"list\"", "e.toml:10", "initial_low has no effect with"},
+      });
 }
 
 TEST(PlantErrors, NameWrongNoisesOfOutputs) {
