@@ -28,7 +28,7 @@ std::string forms() {
          "+stuck or +dead with :SHARE or :SHARE:SAMPLES_IN_A_ROW";
 }
 
-/// A number that follows its word alone, such as bias:0.2.
+/// A property with a single number, such as bias:0.2.
 struct OneNumber {
   std::string_view word;
   double SensorNoise::*number;

@@ -38,7 +38,7 @@ struct NoiseRow {
   int least_shape = 1, most_shape = 0;
 
   // All values are for scale 1; the scale of a sensor multiplies the draws.
-  double variance;     ///< nominal variance; for Student's t, which may have none, that of its normal numerator
+  double variance;     ///< nominal variance; Student's t: variance of the normal numerator
   double largest;      ///< bound of |v|; infinite: none
   bool tails = false;  ///< v may be arbitrarily large
   /// Draws one value. The two functions are one template, instantiated twice.

@@ -17,10 +17,10 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
-constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
+constexpr std::size_t kFewestGroups = 3;  // with two groups, each training would see the logs of only one
+constexpr int kShorter = 2;               // divisor of the steps; enough remain to recognise a network that generalises
 
-/// The simulated runs of the known plant beside the logs; none without one.
+/// Returns the simulated runs of the known plant that training adds to `logs`; empty without a known plant.
 Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
   Dataset simulated;
   if (!experiment.known) return simulated;
@@ -30,7 +30,7 @@ Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
   return simulated;
 }
 
-/// Both, the logs first; `own` holds them where there are any simulated runs.
+/// Returns logs and simulated runs, the logs first. `own` holds the result if there are simulated runs.
 const Dataset& joined(const Dataset& logs, const Dataset& simulated, Dataset& own) {
   if (simulated.trajectories.empty()) return logs;
   own = logs;
@@ -104,7 +104,7 @@ TrainingResult train_with_folds(const Experiment& experiment, const Dataset& log
     own.directory = folder_of(options.directory, f);
     own.resume = options.resume && has_checkpoint(own.directory);
     own.left_out = fold.left_out;
-    // Without validation logs the training logs are both.
+    // Without validation logs, the kept training logs also select the parameters.
     const bool has_validation = !experiment.log->validation_files.empty();
     Dataset kept;
     TrainingResult result =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Trainings that leave groups of the training logs out, before the one on all of them. The readout that ships for a
-// state (its network, a linear row, a blend) is chosen by the errors on the left-out groups, because a network that
+// Trainings that leave groups of the training logs out, before the training on all of them. The readout that ships for
+// a state (its network, a linear row, a blend) is chosen by the errors on the left-out groups, because a network that
 // does not generalise fits its own logs as well as one that does.
 #pragma once
 
@@ -38,13 +38,14 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
 /// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".
 using TrainingBegins = std::function<void(const std::string& what)>;
 
-/// train() on `logs`, or on a plant's runs, and on those of a known plant (known_plant.h), after a training of
-/// half the steps for each fold. These have the folder DIRECTORY/without_1, ..._2 and so on, go on from there, and
-/// leave nothing behind when all is done. Interrupted in a fold: a result without a model.
+/// Trains on `logs` (or on a plant's runs) and on the simulated runs of a known plant (known_plant.h). Before that, one
+/// training of half the steps for each fold runs in the folder DIRECTORY/without_1, ..._2 and so on. An interrupted
+/// fold is continued from its folder. All these folders are removed at the end. An interruption in a fold gives a
+/// result without a model.
 TrainingResult train_with_folds(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
                                 const TrainOptions& options, const TrainingBegins& begins = {});
 
-/// Whether `directory` holds such a training that was interrupted.
+/// Returns true if `directory` holds a training with folds that was interrupted.
 bool folds_have_begun(const std::string& directory);
 
 }  // namespace nlo::trainer

@@ -10,18 +10,18 @@ namespace nlo::trainer {
 class Pilots {
  public:
   /// If there are logs and no validation_files, one of four sets of deal_groups() is held out, or one log if there are
-  /// fewer than four. The sets outlive the pilots.
+  /// fewer than four. `training` and `validation` must outlive this object.
   ///   settled_from_s  end of the transient [s], see SplitError
   Pilots(const Experiment& experiment, const Dataset& training, const Dataset& validation, double settled_from_s);
 
-  /// SplitError::both() of a training of at most `steps`; infinite if it diverges. Throws codegen::Error if the
+  /// Returns SplitError::both() of a training of at most `steps`; infinite if it diverges. Throws codegen::Error if the
   /// experiment cannot be trained.
   double error(const Experiment& experiment, int steps) const;
 
  private:
   const Dataset& training_;
   const Dataset& validation_;
-  Dataset kept_, held_out_;  ///< empty if the sets are taken as they are
+  Dataset kept_, held_out_;  ///< empty if no log is held out
   double settled_from_s_;
 };
 

@@ -260,7 +260,7 @@ ReadoutError ReadoutProbe::error(const Experiment& experiment, int random_featur
     MatrixXd logs = MatrixXd::Zero(static_cast<Index>(kRidges.size()), data_.nx);
     double counted = 0.0;
     for (std::size_t f = 0; f < folds; ++f) {
-      const double own = sums[f].gram(0, 0);  // the feature 1: its samples
+      const double own = sums[f].gram(0, 0);  // the number of samples, because feature 0 is 1
       if (own == 0.0) continue;
       logs.array() += own * (of_fold[f].array() / own).cwiseMax(kLeast).log() / 2.0;
       counted += own;

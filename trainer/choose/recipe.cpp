@@ -64,7 +64,7 @@ double longest_time_constant_s(const std::vector<double>& run_lengths) {
   return std::min(value_at_rank(run_lengths, 0.5), all / kTimesInAll);
 }
 
-/// What an observer of a bank reads, and how it starts.
+/// The readings of an observer with a bank, and its start.
 struct Reading {
   FeatureSet features = FeatureSet::kLatentAndOutput;
   LatentStart start = LatentStart::kSteady;
@@ -346,7 +346,7 @@ class Deriver {
         });
     if (resonant.rows() > best.front().bank.rows()) {
       measure(resonant, best.front().reading);
-      if (fine.back().value() < best.front().value()) {  // with a curved readout and all samples, too
+      if (fine.back().value() < best.front().value()) {  // this value includes the curved readout and all samples
         best.insert(best.begin(), fine.back());
         best.resize(std::min(best.size(), kFinalists));
       }
@@ -354,7 +354,7 @@ class Deriver {
     return best;
   }
 
-  /// Returns the least ratio, over the states, of the error of a curved readout to that of a linear one.
+  /// Returns the smallest ratio, over the states, of the error of a curved readout to the error of a linear one.
   static double curvature(const ReadoutError& error) {
     double least = 1.0;
     for (std::size_t i = 0; i < error.linear.size(); ++i)

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 struct DataScales {
   double sample_period_s = 0.0;
   double run_length_s = 0.0;
-  double slowest = 0.0;  ///< rate at which the slowest unit begins [1/s]: that of the slowest mode of the linear latent
+  double slowest = 0.0;  ///< initial rate of the slowest unit [1/s]: the rate of the slowest mode of the linear latent
                          ///< system
 };
 
@@ -34,17 +34,19 @@ struct Rival {
   std::string not_tried;  ///< reason why its short training would mislead, with the remedy; empty: it may be tried
 };
 
-/// Returns with_structure() for each structure that fits. Left out are
-///   - all, if the draft chooses the structure or gives a key of [observer] that only a linear latent system has
+/// Returns with_structure() for each structure that fits. It leaves out
+///   - all structures, if the draft chooses the structure or gives a key of [observer] that only a linear latent system
+///     has
 ///   - gated units, if a plant is simulated without noise: they lose accuracy to keep noise out
 ///   - each structure whose own checks refuse the experiment: a prior needs equations, and no angle besides sines and
 ///     cosines
 /// A prior is not tried
-///   - on a plant that is simulated exactly. It would be ahead of all others, and lose most where the real plant
-///     differs: with parameters 20 % off, a pendulum's error was 0.72, and that of a KKL observer 0.23. Its gain goes
-///     to zero: after a jump of the leak of two tanks its estimate stayed wrong for 1,790 s, a KKL observer's for 41 s
-///   - on a plant whose encoder counts without end (counted_state()): in flight, its count would be clamped to the
-///     range of training, and the linear latent system reads it relative to z
+///   - on a plant that is simulated exactly. There it would win, but it is the worst choice if the real plant differs.
+///     With parameters 20 % off, the error for a pendulum was 0.72 with a prior and 0.23 with a KKL observer. The gain
+///     of a prior goes to zero: after a jump of the leak of two tanks, its estimate stayed wrong for 1,790 s, that of
+///     a KKL observer for 41 s
+///   - on a plant whose encoder counts without end (counted_state()). In flight the count would be clamped to the range
+///     of training. A linear latent system avoids this, because it reads the count relative to z
 std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experiment& base, const DataScales& scales);
 
 }  // namespace nlo::trainer

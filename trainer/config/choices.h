@@ -71,7 +71,7 @@ inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLate
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
-/// Features whose products with each clock T* reads, too.
+/// Features that T* also reads multiplied by each clock.
 enum class ClockProductSet { kNone, kLatent, kAll };
 template <>
 inline constexpr NameTable<ClockProductSet, 3> kNames<ClockProductSet>{

@@ -62,10 +62,10 @@ struct ExcitationConfig {
                                     InputSignal::kSine,     InputSignal::kSquare, InputSignal::kMultisine,
                                     InputSignal::kChirp,    InputSignal::kNoise};
   std::vector<double> low, high;             ///< range of each input, n_u
-  std::vector<double> amplitude;             ///< [least, most] of oscillations; empty: up to half the range
+  std::vector<double> amplitude;             ///< amplitudes of oscillations, [least, most]; empty: up to half the range
   double shortest_s = 0.0, longest_s = 0.0;  ///< limits of holds and periods; 0: derived, see hold_times()
   std::string log;                           ///< CSV file of recorded inputs, of the kind "log"
-  std::vector<std::string> log_columns;      ///< its columns, one for each input
+  std::vector<std::string> log_columns;      ///< columns of that file, one for each input
   std::string log_time;                      ///< its column of time [s]; empty: rows are a sample period apart
 };
 
@@ -82,7 +82,7 @@ struct FeedbackConfig {
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
 struct ColumnConfig {
   std::string name;    ///< name here, in the report and in the exported header
-  std::string column;  ///< its heading in the file; default: `name`
+  std::string column;  ///< heading of the column in the file; default: `name`
   ColumnRole role = ColumnRole::kIgnored;
   std::string unit;       ///< unit of the values in the observer
   std::string file_unit;  ///< unit of the cells, if it differs; empty: `unit`
@@ -169,7 +169,7 @@ struct InverseMapConfig {
   std::vector<int> hidden = {50, 50, 50, 50};
   std::string activation = "tanh";  ///< tanh, relu, silu
   bool linear_path = false;         ///< a linear map beside the network, started from ridge regression
-  double ridge = 1e-6;              ///< its regularisation, relative to the features' mean power
+  double ridge = 1e-6;              ///< regularisation of the linear path, relative to the features' mean power
   bool error = false;               ///< T* also gives the standard deviation of each state's error
   ReadoutChoice readout = ReadoutChoice::kSelected;
   bool fallback = false;  ///< states may fall back to a linear row (codegen::Fallback) if that helps on left-out logs
@@ -214,8 +214,8 @@ struct TrainingConfig {
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself
-  /// Number of these trainings. Each has half of the training steps, and each group of logs is left out of one of them.
-  /// 0: no such training; the training logs choose the readouts.
+  /// Number of trainings that leave out logs. Each has half of the training steps, and each group of logs is left out
+  /// of one of them. 0: no such training; the training logs choose the readouts.
   int folds = 4;
 };
 

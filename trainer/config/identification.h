@@ -18,7 +18,7 @@ struct IdentifyConfig {
   std::vector<std::pair<std::string, double>> noise;     ///< standard deviation of each fitted output or state, by name
   std::vector<double> initial_state, initial_deviation;  ///< start of a segment and of the filters, n_x each
   std::vector<double> process_noise;                     ///< initial value of the filters' tuning, per sqrt(s), n_x
-  std::vector<std::string> fixed, positive;              ///< parameters
+  std::vector<std::string> fixed, positive;              ///< names of parameters
   Hold input_hold = Hold::kFirstOrder;
   double longest_step_s = 0.0;         ///< longest step of RK4; 0: the sample period
   int iterations = 50;                 ///< most iterations of Levenberg and Marquardt's method

@@ -29,7 +29,7 @@ class CsvTable {
   /// MAT-file, a bag of ROS, a compressed file, a file without data rows, a ragged row, an unclosed quote, or a row of
   /// numbers where the header is expected.
   static CsvTable parse(std::string text, std::string file, const CsvFormat& format = {});
-  /// Reads a file. If its format is not `format`, the format of the file is used (format_in).
+  /// Reads a file, in `format` unless its lines show another format (format_in).
   static CsvTable read(const std::string& path, const CsvFormat& format = {});
 
   const std::string& file() const { return file_; }
@@ -49,7 +49,8 @@ class CsvTable {
   Eigen::VectorXd column(std::string_view heading) const;
 
   /// Reads a column that may have missing values. Cells that are empty, -, NaN, NA, null or None become NaN, and their
-  /// rows, increasing, are added to `missing`. So do cells that equal one of `words`, also as a number.
+  /// rows, increasing, are added to `missing`. Cells that equal one of `words`, as text or as a number, are treated in
+  /// the same way.
   Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing,
                          const std::vector<std::string>& words = {}) const;
 

@@ -54,7 +54,8 @@ bool has_decimal_comma(std::string_view cell) {
          cell.find(',', comma + 1) == std::string_view::npos;
 }
 
-/// Returns the decimal mark in the last `count` lines except the first of them; `otherwise` if they do not show it.
+/// Returns the decimal mark of the table in the last `count` lines, without its header. Returns `otherwise` if its
+/// cells do not show the mark.
 char decimal_in(const std::vector<std::string_view>& lines, std::size_t count, char separator, char otherwise) {
   bool comma = false, point = false;
   for (std::size_t i = lines.size() - count + 1; i < lines.size(); ++i)

@@ -81,7 +81,7 @@ class Regression {
   bool usable() const { return rows_ > 0 && variance_ > 0.0; }
   const Choice& choice() const { return choice_; }
 
-  /// Returns the part of the held input j, d samples late, that the features do not explain.
+  /// Returns the part of input j, held and delayed by d samples, that the features do not explain.
   VectorXd column(std::size_t j, double d) const {
     VectorXd values(rows_);
     Index row = 0;
@@ -168,7 +168,7 @@ class Search {
  public:
   Search(const Regression& regression, const std::vector<double>& known, double longest)
       : regression_(regression), known_(known), longest_(longest), delays_(known.size()), columns_(known.size()) {
-    std::vector<double> common;  // start values: all unknown delays are equal, which is close to each of them
+    std::vector<double> common;  // residuals if all unknown delays are equal; their minimum is near each delay
     for (double d = kEarliest; d <= longest_; d += 1.0) {
       set_unknown(d);
       common.push_back(regression_.residual(columns_));

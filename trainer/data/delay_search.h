@@ -6,7 +6,7 @@
 // width before and after is subtracted from each term, which removes most of phi. A regression on level, square (for an
 // angle: sine, cosine) and change of the measurements explains the rest. Causal lags of u are not in the regression,
 // because they would explain a part of the delay. The residual over d has its minimum at the delay; between quarters of
-// a sample it is a parabola. Of all q, r and m, the choice with the most certain delay decides. Its uncertainty is its
+// a sample it is a parabola. The choice of q, r and m whose delay is the most certain decides. Its uncertainty is its
 // standard deviation and the change of the delay when the stride doubles, which is large if r is wrong.
 #pragma once
 
@@ -27,7 +27,7 @@ struct FoundDelay {
   double samples = 0.0;     ///< d; negative: the input acts before its column shows it
   double deviation = 0.0;   ///< standard deviation by the curvature of the residual [samples]
   double without = 0.0;     ///< residual of the decisive regression if all delays are 0, as a share of its variance
-  double with = 0.0;        ///< the same with the delays that were found
+  double with = 0.0;        ///< residual of that regression with the delays that were found
   double explains = 0.0;    ///< share of the residual without this input that the input explains
   bool at_the_end = false;  ///< true if the residual still fell at the longest delay
 };

@@ -104,7 +104,8 @@ void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs
       count.empty += static_cast<Index>(rows.size());
       const double share = static_cast<double>(rows.size()) / static_cast<double>(log.time_s.size());
       if (share > count.worst_share) count.worst_share = share, count.worst = log.name;
-      // The stretch lasts from the value before it, or its first row, to the value after it, or its last row.
+      // The time without a value lasts from the last value before the stretch (or its first row) to the next value
+      // after it (or its last row).
       for_each_stretch(rows, [&](Index first, Index last) {
         const Index before = std::max<Index>(first - 1, 0), after = std::min(last + 1, log.time_s.size() - 1);
         count.longest_s = std::max(count.longest_s, log.time_s[after] - log.time_s[before]);

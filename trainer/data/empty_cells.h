@@ -12,7 +12,8 @@
 
 namespace nlo::trainer {
 
-/// Returns the rows of `run`, counted from its first, whose cell under `heading` is empty. They increase.
+/// Returns the rows of `run`, counted from the first row of the run, whose cell under `heading` is empty. They
+/// increase.
 std::vector<Eigen::Index> empty_rows(const LogFile& log, const LogRun& run, const std::string& heading);
 
 /// Calls visit(first, last) for each stretch of neighbouring rows; `rows` increase.

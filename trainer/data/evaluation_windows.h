@@ -29,7 +29,7 @@ EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, double 
 /// transient. Returns 0, "all", if there is none.
 std::size_t settled_window(const EvaluationWindows& windows);
 
-/// Returns the start of that window [s].
+/// Returns the start of settled_window() [s].
 double settled_from_s(const EvaluationWindows& windows);
 
 /// Returns the time over which errors are averaged for the settling time: the configured time; otherwise a tenth of the

@@ -23,7 +23,8 @@ struct ImpossibleValues {
 };
 
 /// Finds the isolated values of a column: they are far outside of all other samples, with nothing in between. `range`
-/// is the range of the others; `brief` means at most 5 rows in a row.
+/// is the range of the others. "Brief" means at most 5 rows in a row, "rare" less than 20 % of the rows (any other
+/// value: 5 %).
 ///   beyond 1e30                                      always
 ///   -99, -999, -9999, ... (nines)                    farther than 0.3 range; if there are few values, than 3 ranges
 ///   ends of converters and of integers, 999, 9999    brief and farther than 0.3 range, or rare and than 3 ranges

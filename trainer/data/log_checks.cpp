@@ -66,7 +66,7 @@ void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) 
 /// Checks the unit of an angle. Returns true if it added a note, because then the wrap may be wrong too.
 bool note_unit(const LogColumn& column, const Spread& spread, Notes& notes) {
   const char* mend = column.wrap > 0.0 ? "unit and wrap" : "unit";
-  // More than two turns in each direction if it were rad, but within one turn if it is degrees.
+  // Read in rad, the range is more than two turns in each direction; read in degrees, it is within one turn.
   const bool too_wide = spread.largest() > 2.0 * kTurnRad &&
                         (spread.largest() <= 0.5 * kTurnDeg || (spread.low >= 0.0 && spread.high <= kTurnDeg));
   if (column.unit == "rad" && (spread.jumps_deg > 0 || too_wide)) {

@@ -28,8 +28,8 @@ bool is_under(const std::vector<std::string>& headings, const LogColumn& column)
   return std::ranges::find(headings, column.heading) != headings.end();
 }
 
-/// Loads the runs of a log. A run that is too short is dropped with a note; a log without a gap that is too short, or
-/// with no run left, is an error. `impossible`: headings of columns whose steps are not checked.
+/// Loads the runs of a log. If gaps split the log, runs that are too short are dropped with a note. Throws Error if a
+/// log without a gap is too short, or if no run is left. `impossible`: headings of columns whose steps are not checked.
 void load_runs(const LogConfig& config, const LogSchema& schema, const LogFile& log, const std::vector<LogRun>& runs,
                const std::vector<std::string>& impossible, Dataset& data, LogReport& report) {
   std::string first_dropped, why;

@@ -14,11 +14,11 @@
 namespace nlo::trainer {
 
 /// Loads the logs that match `files` (names or globs below `directory`; empty: as given). A log is split at steps that
-/// exceed max_gap_s. Each run has its own start. A run that is too short for the filter and its masks is dropped.
+/// exceed max_gap_s. In each run time begins at 0. A run that is too short for the filter and its masks is dropped.
 ///   outputs  n_y x N  as measured, angles unwrapped from their first sample (or as sine and cosine); an empty cell
 ///   holds the last value, and is `missing`
-///   states   n_x x N  columns likewise; with `derivative_of` the zero-phase velocity of another column; empty cells
-///   are on straight lines
+///   states   n_x x N  converted like the outputs; with `derivative_of` the zero-phase velocity of another column;
+///   empty cells are on straight lines
 ///   weight   N        0 within mask_edges_s of either end if a state is such a velocity, else 1; 0 if the cell of a
 ///   state is empty, and for a velocity also within mask_edges_s of a hole longer than 1 / cutoff_hz
 ///   time_s   N        from the first sample; on the even grid if stamps differ from it by their rounding

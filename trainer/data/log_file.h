@@ -50,9 +50,9 @@ struct LogFile {
 /// mostly empty).
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
 
-/// Returns the runs between restarts of the clock and steps longer than `max_gap_s`. `notes` name these and single
-/// wrong stamps. Rows at the start of a run are left out until every output and input has had a value. Runs of one
-/// sample are dropped, with a note.
+/// Returns the runs between restarts of the clock and steps longer than `max_gap_s`. `notes` names these places and
+/// single wrong stamps. Rows at the start of a run are left out until every output and input has had a value. Runs of
+/// one sample are dropped, with a note.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 
 /// Returns the headings of all listed columns except time, each once, in the order of the list.

@@ -114,7 +114,7 @@ std::string how_many(std::size_t rows) {
   return rows == 1 ? "" : fmt::format(" ({} such rows)", rows);
 }
 
-// Angles.
+// ---- Angles
 
 double half_turn_in(const std::string& unit) {
   return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;

@@ -13,8 +13,8 @@
 
 namespace nlo::trainer {
 
-/// Loads one run, see load_logs(). `steps`: adds those of the columns read. Throws codegen::Error if no truth of the
-/// run counts.
+/// Loads one run, see load_logs(). `steps` gets the steps of the columns that are read. Throws codegen::Error if no
+/// truth of the run counts.
 Trajectory load_run(const LogConfig& config, const LogSchema& schema, double sample_period_s, const LogFile& log,
                     const LogRun& run, std::vector<SuspiciousSteps>& steps);
 

@@ -154,7 +154,7 @@ std::vector<std::uint64_t> row_hashes(const LogFile& log, const std::vector<std:
   std::vector<std::uint64_t> hashes(static_cast<std::size_t>(log.time_s.size()), 0);
   for (const std::string& heading : headings) {
     const Eigen::VectorXd& values = log.column(heading);
-    // + 0.0: a file may write -0 for 0.
+    // Adding 0.0 turns -0 into 0, because a file may write either for the same value.
     for (std::size_t k = 0; k < hashes.size(); ++k)
       hashes[k] = codegen::mixed(hashes[k] + 0x9e3779b97f4a7c15u +
                                  std::bit_cast<std::uint64_t>(values[static_cast<Index>(k)] + 0.0));

@@ -53,14 +53,15 @@ struct TrainingLogs {
   std::vector<Range> outputs;  ///< without unwrapped angles, which have no range
 };
 
-/// Ranges include the runs and their mirror images.
+/// Returns what a model remembers: the hashes of its training logs and the range of each output in `training`, mirror
+/// images included.
 TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training);
 
-/// Writes one line per output and log, a fact of the model's provenance called kTrainingLogsFact.
+/// Name of the fact of a model's provenance that has the text: one line per output and log.
 inline constexpr std::string_view kTrainingLogsFact = "training_logs";
 std::string to_text(const TrainingLogs& logs);
 
-/// Reads such a text. Throws codegen::Error for any other text.
+/// Reads the text of to_text(). Throws codegen::Error for any other text.
 TrainingLogs parse_training_logs(std::string_view text);
 
 /// Adds a note for each of `contents` that has rows of a log that trained the model. A part of a tenth of a log is

@@ -18,7 +18,7 @@ std::string format_keys(const Section& section, std::string_view heading) {
   for (const auto& key : keys<Section>()) {
     const std::string value = key.show(section);
     if ((key.only_when_given || is_empty_value(value)) && value == key.show(Section{}))
-      continue;  // same as a missing key; for some keys it is no valid value
+      continue;  // an empty value is the same as a missing key, and some keys do not accept it
     text += fmt::format("{} = {}\n", key.name, value);
   }
   return text;

@@ -264,7 +264,7 @@ const std::vector<Key<ObserverConfig>>& keys() {
     std::vector<Key<ObserverConfig>> all = common_observer_keys();
     for (const TrainableStructure* structure : structure_table())
       for (Key<ObserverConfig>& own : structure->own_keys())
-        if (!has_key(all, own.name)) all.push_back(std::move(own));  // structures may share one
+        if (!has_key(all, own.name)) all.push_back(std::move(own));  // structures may share a key
     return all;
   }();
   return kKeys;

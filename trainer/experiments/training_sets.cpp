@@ -26,7 +26,7 @@ namespace nlo::trainer {
 
 namespace {
 
-/// Adds what the PDE residual (5) needs: f at the samples, or f and h at points of the box.
+/// Adds the values that the PDE residual (5) needs: f at the samples, or f and h at points of the box.
 void add_equations(Dataset& dataset, const Plant& plant, const Experiment& experiment) {
   const LossConfig& loss = experiment.loss;
   if (loss.collocation == EquationPoints::kData) {

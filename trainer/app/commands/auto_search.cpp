@@ -62,7 +62,7 @@ class Search {
     const std::vector<Rung> rungs = halving_rungs(record_.candidates.size(), record_.seconds - reserved_s);
     for (std::size_t r = 0; r < rungs.size(); ++r) {
       if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
-      // One after another, because the measured speed of training is used for the next rung.
+      // The trainings of a rung run one after another, because their measured speed determines the next rung.
       const bool last = r + 1 == rungs.size();
       std::vector<Job> trainings;
       for (Trial& trial : record_.rungs[r])
@@ -105,14 +105,14 @@ class Search {
     record_ = std::move(found);
   }
 
-  /// Returns true if the given experiment is candidate 0. It is not a candidate if it costs too much.
+  /// Returns true if the given experiment is candidate 0. An experiment that costs too much is no candidate.
   bool stands() const { return record_.by_hand_s > 0.0; }
 
   /// Draws candidates that can be trained and keep to the budget.
   void draw() {
     const Time started = now();
     const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
-    constexpr std::uint64_t kTries = 20;  // for each candidate
+    constexpr std::uint64_t kTries = 20;  // draws for each candidate
     constexpr double kShare = 0.2;        // share of the time for the draw; longer if few candidates are found by then
     constexpr std::size_t kFew = 4;
     std::size_t wanted = 1;
@@ -212,7 +212,7 @@ class Search {
   }
 
   int steps_of(std::size_t member, const Rung& rung, bool last) const {
-    constexpr double kMostLonger = 4.0;  // times the steps of the experiment
+    constexpr double kMostLonger = 4.0;  // longest training, as a multiple of the experiment's steps
     const int by_hand = task_.experiment.training.steps;
     if (last && member == 0 && record_.by_hand_fits()) return by_hand;
     const double steps = std::round(rounded(steps_within(pace(record_.candidates[member]), rung.seconds)));
@@ -236,13 +236,13 @@ class Search {
         return train(experiment, data.get().training, data.get().choosing(), options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
-      // `nlo train` trains the chosen experiment once more and refuses a training that did not improve its start. The
-      // few steps of an early rung need not improve it.
+      // Only the last rung requires a training that improves its start, as `nlo train` will when it trains the chosen
+      // experiment again. The few steps of an early rung need not improve it.
       const bool counts = last ? result.succeeded() : result.outcome != TrainOutcome::kDiverged;
       if (counts) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
     } catch (const codegen::Error&) {
-      trial.error.reset();  // its estimates overflowed
+      trial.error.reset();  // the estimates overflowed
     }
     if (trial.error && !std::isfinite(*trial.error)) trial.error.reset();
     trial.done = true;

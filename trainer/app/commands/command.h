@@ -18,7 +18,7 @@ struct RunFailure : codegen::Error {
   using Error::Error;
 };
 
-/// Runs `work`. From here on an error is a failure of the run, not of the input, except InputError.
+/// Runs `work`. An error in it is a failure of the run (RunFailure) and not of the input, except InputError.
 template <class Work>
 auto run_phase(Work&& work) {
   try {
@@ -30,7 +30,7 @@ auto run_phase(Work&& work) {
   }
 }
 
-/// Each function adds a subcommand. If it is chosen, parsing sets `action` to its work.
+/// Each function adds a subcommand. If the user chooses the subcommand, parsing sets `action` to its work.
 using Action = std::function<void()>;
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);

@@ -50,7 +50,7 @@ std::vector<std::string> all_files(const LogConfig& log, const std::string& dire
   return files;
 }
 
-/// Returns `count` of the others, the same for a seed; all of them if count is 0.
+/// Draws `count` of `others`; the draw depends only on the seed. Returns all of them if `count` is 0.
 std::vector<std::string> chosen(std::vector<std::string> others, int count, unsigned long long seed) {
   if (count == 0 || static_cast<std::size_t>(count) >= others.size()) return others;
   std::uint64_t state = seed + 1;
@@ -82,7 +82,7 @@ JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training
   experiment.log->test_files = fold.files;
   find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // from the training logs of this fold only
   const LogSplits splits = load_log_splits(*experiment.log, "", mirrored_channels(experiment));
-  // Two folds may have the same training logs if these are few.
+  // If there are few logs, two folds may have the same training logs; the name distinguishes their trainings.
   experiment.source_text += "# without " + fold.name + "\n";
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
   Dataset own;

@@ -52,11 +52,11 @@ struct EvaluateArguments {
   Condition common;  ///< settings of the tests under all noises
   std::vector<NoiseConfig> noises;
   bool json = false;
-  std::string plant_option;  ///< the first given option of those for plants
+  std::string plant_option;  ///< first given option that is only for plants
 
   std::string conditions, output;  ///< conditions: a file, or kShippedConditions
   bool as_trained = false, quick = false, no_tuning = false;
-  std::string condition_option;  ///< the first given option of those for conditions
+  std::string condition_option;  ///< first given option that is only for conditions
   bool gave_sets = false, gave_trajectories = false;
 
   bool by_condition() const { return as_trained || !conditions.empty(); }
@@ -65,8 +65,8 @@ struct EvaluateArguments {
 constexpr const char* kShippedConditions = "default";
 
 struct EvaluateOptions {
-  std::vector<CLI::Option*> for_plants;                  ///< not for --data
-  std::vector<CLI::Option*> for_conditions;              ///< only for --conditions and --as-trained
+  std::vector<CLI::Option*> for_plants;                  ///< not allowed with --data
+  std::vector<CLI::Option*> for_conditions;              ///< allowed only with --conditions and --as-trained
   CLI::Option *sets = nullptr, *trajectories = nullptr;  ///< their defaults depend on the test
 };
 
@@ -461,7 +461,7 @@ void run_evaluate(EvaluateArguments arguments) {
   }
 }
 
-/// `action` runs the command, after `before` has seen the arguments.
+/// Sets the work of the command. `action` calls `before` with the arguments and then runs the command.
 void set_up(CLI::App* command, Action& action, const std::function<void(EvaluateArguments&)>& before) {
   auto arguments = std::make_shared<EvaluateArguments>();
   const EvaluateOptions options = add_evaluate_options(command, *arguments);

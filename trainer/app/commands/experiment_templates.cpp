@@ -88,7 +88,7 @@ std::string range_text(const GuessedColumn& column) {
                      column.unit);
 }
 
-/// Writes a column. `must_choose`: the user must choose its role, because nothing can be trained otherwise.
+/// Returns the text of a column. `must_choose`: nothing can be trained until the user chooses the role of the column.
 std::string column_text(const GuessedColumn& column, bool must_choose) {
   std::string text = "\n[[log.columns]]\n" + key_line("name", show_value(column.name), range_text(column));
   if (!column.heading.empty() && column.heading != column.name) text += key_line("column", show_value(column.heading));
@@ -107,7 +107,7 @@ std::string column_text(const GuessedColumn& column, bool must_choose) {
     text += key_line("period_s", fmt::format("{:.4g}", column.period_s),
                      fmt::format("it has a value in one of {} rows", column.spacing));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
-  // A command that stays within one turn may have end stops.
+  // An input that does not jump gets no `wrap`: it may have end stops within one turn.
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
   if (column.role == ColumnRole::kInput && !column.jumps) return text;
   text += key_line("wrap", show_wrap(column.wrap),
@@ -132,7 +132,7 @@ std::string clock_lines(const GuessedClock& clock) {
 std::string filter_text(const GuessedLog& log) {
   const bool derived =
       std::ranges::any_of(log.columns, [](const GuessedColumn& c) { return !c.derivative_of.empty(); });
-  constexpr double kUsual_hz = 25.0, kShare = 0.2;  // share of the rate of samples
+  constexpr double kUsual_hz = 25.0, kShare = 0.2;  // kShare: cut-off as a share of the sample rate
   if (!derived || log.clock.period_s == 0.0 || kShare / log.clock.period_s >= kUsual_hz) return "";
   return "\n[log.velocity_filter]\n" + key_line("cutoff_hz", significant(kShare / log.clock.period_s, 2),
                                                 "cut-off of the filter for rates that are computed from the log");
@@ -145,7 +145,7 @@ std::string files_text(std::size_t count) {
 }
 
 std::string evenness_text(const GuessedClock& clock) {
-  constexpr double kEven = 0.1;  // as in the loader of logs
+  constexpr double kEven = 0.1;  // the tolerance of the log loader
   return clock.deviation <= kEven ? "even" : fmt::format("uneven by up to {} periods", significant(clock.deviation, 2));
 }
 

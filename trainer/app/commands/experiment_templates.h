@@ -10,8 +10,8 @@
 namespace nlo::trainer {
 
 /// Returns a complete experiment with a plant by equations, with further keys as comments.
-///   name  of the experiment, an identifier
-///   file  file that it is written to, for its comments
+///   name  name of the experiment, an identifier
+///   file  name of the experiment file, which its comments mention
 std::string plant_template(const std::string& name, const std::string& file);
 
 /// Returns the text of an experiment from guesses about logs, with their reasons.

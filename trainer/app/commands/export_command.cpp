@@ -35,7 +35,7 @@ struct ExportArguments {
   bool check = false, quiet = false;
 };
 
-/// The text for the user about an export, and the reason if it is refused (empty: it is not).
+/// The text for the user about an export, and the reason for a refusal (empty: the export is accepted).
 struct Judged {
   std::string tables, refusal;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trainings of a run: one for each round of [feedback]; one without [feedback].
+// The trainings of a run: one for each round of [feedback], or a single one without [feedback].
 #pragma once
 
 #include "trainer/app/commands/run_data.h"
@@ -16,8 +16,8 @@ struct RoundsOptions {
   KnownFacts facts = {};
 };
 
-/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` is that of round 0
-/// at first. In each round its new runs are added to the training set, and its validation runs are replaced.
+/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` begins as the data
+/// of round 0. Each round adds new runs to its training set and replaces its validation runs.
 TrainingResult run_rounds(const Experiment& experiment, RunData& data, const RunFolder& folder,
                           const RoundsOptions& options);
 

@@ -10,8 +10,9 @@
 
 namespace nlo::trainer {
 
-/// Returns their names, separated by commas. Empty if the structure reads inputs, or if there are no inputs: neither
-/// [plant] inputs of equations, nor an [excitation] or [feedback] of any plant.
+/// Returns the names of the inputs that the observer does not get, separated by commas. Empty if the structure reads
+/// inputs, or if there are no inputs: neither [plant] inputs of equations, nor an [excitation] or [feedback] of any
+/// plant.
 std::string ignored_inputs(const Experiment& experiment);
 
 /// Returns one line for stderr about the provenance; may be empty.

@@ -316,7 +316,7 @@ void run_monitor(MonitorArguments arguments) {
     noises = noises_of(arguments, experiment);
     set = arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
     std::vector<std::string> left_out;
-    (void)compared_conditions(experiment, set, left_out);  // reports its errors before the long work
+    (void)compared_conditions(experiment, set, left_out);  // reports errors in the conditions before the long work
   }
   constexpr double kQuickHours = 1.0;
   constexpr int kQuickRuns = 20;

@@ -32,8 +32,8 @@ namespace {
 ///   STATE_estimate... x_hat; an angle may have any turn
 ///   in_domain         1 if z is in the training domain
 ///   STATE_truth...    angles within half a turn of 0; nan if masked or unknown
-/// `run` was estimated by `model`, `uniform_steps` as there (evaluate.h).
-///   unscored  names of states without truth in the run; it then has all_estimates
+/// `model` has estimated `run`. `uniform_steps`: each step is one sample period.
+///   unscored  names of states without truth in the run; if there are any, run.all_estimates has all estimates
 std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps,
                           const std::vector<std::string>& unscored) {
   std::string text = "time,step_s";

@@ -21,8 +21,8 @@ struct RunReport {
   std::optional<LogEvaluation> logs;  ///< result on the test logs
   std::optional<LogReport> log_clock;
   Readout readout = {};                          ///< readout of each state
-  bool readout_by_settled = false;               ///< true: its errors are those of settled samples
-  std::size_t groups = 0;                        ///< number of groups of logs, left out of trainings, that chose it
+  bool readout_by_settled = false;               ///< true: the readout was chosen by the errors of settled samples
+  std::size_t groups = 0;                        ///< number of left-out groups of logs whose errors chose the readout
   std::vector<std::string> derived_states = {};  ///< states whose truth is the slope of another column
   std::string warning = {};  ///< reason not to trust this model: its training diverged or did not improve its start
 };

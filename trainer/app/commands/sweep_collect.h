@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 struct CheckedJob {
   SweepJob job;
-  Experiment experiment;  ///< with its values
+  Experiment experiment;  ///< the experiment of the plan with the values of the job
 };
 
 /// Returns the results by job. A job whose run is not finished has only a status. `timed`: also measures ns, the

@@ -41,7 +41,8 @@ void write_derived(const Experiment& experiment, const RunFolder& folder) {
           experiment.source_text);
 }
 
-/// Throws RunFailure if the training was interrupted before it had a model, in a training without some of the logs.
+/// Throws RunFailure if there is no model yet: the training was interrupted while the readout was chosen by trainings
+/// without some of the logs.
 void require_model(const TrainingResult& result, const std::string& resume_command) {
   if (result.outcome == TrainOutcome::kInterrupted && result.model.states.empty())
     throw RunFailure(

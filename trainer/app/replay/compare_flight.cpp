@@ -13,8 +13,7 @@ namespace {
 
 using Eigen::Index;
 
-/// Returns the number of values of the scalar between the two, plus one. Their bits count upwards from 0 on either
-/// side.
+/// Returns the distance of a and b in steps from one representable value to the next.
 template <class Whole, class Scalar>
 double units_between(Scalar a, Scalar b) {
   constexpr Whole kSign = Whole(1) << (8 * sizeof(Whole) - 1);
@@ -28,7 +27,7 @@ double units_between(Scalar a, Scalar b) {
 bool FlightComparison::same(const LoggedColumn& column, Index row, double answer) const {
   const double logged = column.values[row];
   if (std::isnan(logged) || exact(logged) == answer) return true;
-  constexpr double kOfDoubles = 1.0 + 1e-9;  // the cell and its half digit are doubles
+  constexpr double kOfDoubles = 1.0 + 1e-9;  // allowance for the rounding of doubles
   return std::abs(logged - answer) <= kOfDoubles * column.half_digit[row];
 }
 

@@ -19,14 +19,14 @@ struct FlightDifference {
 
 class FlightComparison {
  public:
-  /// `single`: its numbers are floats.
+  /// `single`: the export calculates with floats.
   FlightComparison(const FlightLog& log, bool single) : log_(log), single_(single) {}
 
   /// Returns true if `answer` equals the logged value in `row`, bit for bit or to the printed digits, or if nothing was
   /// logged.
   bool same(const LoggedColumn& column, Eigen::Index row, double answer) const;
 
-  /// Returns the column that differs in `row`; null: none. `answers`: one column of them.
+  /// Returns the column of the log that differs from `answers`, the answers at this row; null: none differs.
   const LoggedColumn* difference(Eigen::Index row, const Eigen::Ref<const Eigen::VectorXd>& answers) const;
 
   /// Returns the first difference in the order of the rows; nothing if there is none.
@@ -35,7 +35,7 @@ class FlightComparison {
   /// Returns the number of cells that agree only to their printed digits.
   Eigen::Index rounded(const Eigen::MatrixXd& answers) const;
 
-  /// Returns the number of values of the scalar between the two, plus one.
+  /// Returns the distance of two values in steps from one representable value of the scalar to the next.
   double units(double logged, double answer) const;
 
   /// Returns the digits that distinguish all numbers of the scalar.

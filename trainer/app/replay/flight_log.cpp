@@ -53,8 +53,9 @@ Printed printed(std::string_view cell, char decimal) {
   return result;
 }
 
-/// Finds the last digit of a column's cells. If all have equally many decimals (%.6f), it is that place. Otherwise
-/// (%.9g, which omits zeros at the end) it follows from the number of significant digits of the longest cell.
+/// Finds the place of the last digit in a column's cells. If all cells have the same number of decimals (%.6f), this
+/// number is the place. Otherwise (%.9g, which omits zeros at the end) the longest cell tells the number of significant
+/// digits.
 void find_digits(LoggedColumn& column, const std::vector<std::string_view>& cells, char decimal) {
   std::vector<Printed> all;
   bool fixed = true, first = true;

@@ -118,7 +118,7 @@ Figure error_figure(const std::vector<StudyRow>& rows) {
     std::size_t colour = g;  // the observer and its first alternative have this colour
     for (const StudyCell& cell : rows[g].cells) {
       const Evaluation& evaluation = cell.first();
-      // Their lines are far above the others.
+      // The errors of these baselines are far larger and would compress the other lines.
       if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;
       const bool ours = &cell == &rows[g].observer();
       const ErrorMetrics& m = evaluation.metrics;

@@ -101,7 +101,7 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
                         panel.y_names.empty() ? 0.4 : 1.0, x_tics.empty() ? "autofreq" : x_tics,
                         y_tics.empty() ? "autofreq" : y_tics);
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
-  // Gnuplot also draws arrows outside of the panel.
+  // Gnuplot draws an arrow even outside of the panel, so the zero line is drawn only if the axis contains zero.
   const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);
   if (panel.zero_line && has_zero)
     script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);

@@ -83,8 +83,8 @@ std::string value_text(const Toml& value) {
 
 using Visit = std::function<void(const std::string& key, const Toml& value)>;
 
-/// Visits the keys below `table` and its subtables: training.steps of [grid.training] steps and of [grid]
-/// training.steps.
+/// Visits the keys below `table` and its subtables. [grid.training] with `steps` and [grid] with `training.steps` give
+/// the same key.
 void walk(const Toml& table, const std::string& prefix, const Visit& visit) {
   for (const auto& [name, value] : members_in_order(table)) {
     const auto fits = [](char c) {

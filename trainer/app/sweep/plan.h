@@ -28,7 +28,7 @@ struct SweepValue {
 /// Values by key, in alphabetical order.
 using SweepPoint = std::vector<SweepValue>;
 
-/// [test]: the strict test of observers of a plant; those of logs are judged on the test logs.
+/// [test]: settings of the strict test of observers of a plant. Observers of logs are tested on the test logs.
 struct SweepTest {
   std::optional<NoiseConfig> noise;  ///< empty: the noise of the experiment's training
   unsigned long long seed = 1;

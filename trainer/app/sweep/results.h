@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 enum class JobStatus {
   kDone,
-  kFailed,      ///< the training diverged or did not improve its start, and would again
+  kFailed,      ///< the training diverged or did not improve its start; a repetition would fail again
   kUnfinished,  ///< begun; run its line again
   kMissing,     ///< not begun
   kOther        ///< its folder holds a training of another experiment or plan
@@ -52,7 +52,8 @@ struct PointResult {
   bool best_for_multiply_adds = false, best_for_flash = false, best_for_ns = false;  ///< on the Pareto front
 };
 
-/// `results` by job. Points with unfinished jobs have no error, because a mean of the others would be too good.
+/// Combines the results of the jobs, in the order of `jobs`. Points with unfinished jobs have no error, because a mean
+/// over the finished ones would be too good.
 std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
 /// Marks the points that are on the Pareto fronts.

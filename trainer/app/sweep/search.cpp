@@ -17,7 +17,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Changes the structure. Every other draw keeps the structure of the given experiment.
+/// Changes the structure. Half of the draws keep the structure of the given experiment.
 void vary_structure(Experiment& experiment, double sample_period_s, Draws& draws) {
   if (draws.below(2) == 0) return;
   std::vector<Experiment> others;
@@ -26,7 +26,7 @@ void vary_structure(Experiment& experiment, double sample_period_s, Draws& draws
     if (structure->name() != experiment.observer.structure && structure->adopt(other, sample_period_s))
       others.push_back(std::move(other));
   }
-  // A structure with matrices of its plant was chosen for these, and another structure cannot replace it.
+  // A structure with matrices of the plant must be kept: the user chose it for these, and no other structure has them.
   Experiment same = experiment;
   if (!structure_of(experiment.observer).adopt(same, sample_period_s) || others.empty()) return;
   experiment = others[draws.below(others.size())];
@@ -84,7 +84,7 @@ Difference difference(const Experiment& base, const Experiment& other) {
         (found == before.end() && key.starts_with("dynamics.")))
       continue;
     result.full += fmt::format("{}{} = {}", result.full.empty() ? "" : ", ", key, value);
-    // Settings that depend on the structure follow from its name.
+    // The title leaves out training keys that follow from the structure, which it names.
     if (key.starts_with("training.") && key != "training.learning_rate") continue;
     const std::string space = result.title.empty() ? "" : " ";
     if (key == "observer.structure")

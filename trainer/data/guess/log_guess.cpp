@@ -233,7 +233,7 @@ class Guess {
   }
 
   /// Decides roles by exclusion. If some columns are named as sensors and none as truth, the rest is truth, and the
-  /// other way round. Of the remaining columns, two kinds are sensors, as long as another column remains to be
+  /// other way round. Two kinds of the remaining columns are sensors, as long as another column remains to be
   /// estimated: a slow sensor, which has a value in every n-th row while other columns have one in every row; and a
   /// column of a quantity that is usually measured.
   void decide_by_exclusion() {
@@ -316,7 +316,8 @@ class Guess {
   std::vector<GuessedColumn> both_;
 };
 
-/// Keeps the columns that every file has, in the order of the first file. Adds a note on the others.
+/// Keeps the columns of the first file, in its order. Throws codegen::Error if another file lacks one of them. Adds a
+/// note on the columns that only other files have.
 void keep_common_headings(const std::vector<CsvTable>& tables, GuessedLog& log) {
   for (const CsvTable& table : tables)
     for (const std::string& heading : tables.front().headings())

@@ -29,7 +29,7 @@ struct GuessedColumn {
   std::string where_missing;         ///< place of the first such cell and their number
   double low = 0.0, high = 0.0;      ///< range of its numbers; low > high: no numbers
   Eigen::Index spacing = 0;          ///< rows from one value to the next; 0: a value in every row, or not regular
-  double period_s = 0.0;             ///< the same in seconds; 0 also if the clock is not known
+  double period_s = 0.0;             ///< time from one value to the next [s]; 0 also if the clock is not known
 };
 
 struct GuessedClock {

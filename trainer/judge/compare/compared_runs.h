@@ -40,7 +40,7 @@ std::vector<Eigen::MatrixXd> lane_estimates(LaneFilter& filter, const ComparedRu
 /// Returns the runs with `runs.outputs` as readings, in the format for filters.
 LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
 
-/// Returns the mean of |x - x_hat|^2 over the samples of each lane. `lanes` are those of `runs`, once or several times.
+/// Returns the mean of |x - x_hat|^2 over the samples of each lane. `lanes` has the lanes of `runs` one or more times.
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
 
 /// Returns the mean squared error of the estimates of run `index` (n x N), from sample `first` on.

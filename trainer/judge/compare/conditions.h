@@ -56,9 +56,9 @@ const ConditionSet& default_conditions();
 /// Returns value times the number of 1, 2, 5, 10, ... that is nearest to `factor`, so that scaled numbers stay round.
 double round_factor(double factor);
 
-/// Returns the conditions in the units of a plant with the nominal `parameters`. In a set for any plant, conditions on
-/// parameters are left out if the plant has none, and named in `left_out`. In another set this is an error, as is a
-/// parameter or a number of channels that the plant does not have. A sensor that was trained without noise gets noise
+/// Returns the conditions in the units of a plant with the nominal `parameters`. A condition on parameters is an error
+/// for a plant without parameters, but in a set for any plant it is left out and named in `left_out`. A parameter or a
+/// number of channels that the plant does not have is also an error. A sensor that was trained without noise gets noise
 /// in the scale of its output.
 std::vector<Condition> conditions_of(const ConditionSet& set,
                                      const std::vector<std::pair<std::string, double>>& parameters,

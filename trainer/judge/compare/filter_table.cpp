@@ -103,7 +103,7 @@ Index root_state(const FilterContext& c) {
 
 Filter ekf_bank(const FilterContext& c, const Tunings& tunings, Index lanes) {
   FilterKnowledge of_one = c.knowledge;
-  // K boxes fill the box of all initial states, so each filter starts with a smaller P0.
+  // The K boxes together fill the box of all initial states, so each filter starts with a smaller P0.
   of_one.initial_covariance *= std::pow(size(c.initial.cols()), -2.0 / size(c.plant.nx));
   return std::make_unique<FilterBank>(c.plant, PointSet::kExtended, of_one, c.initial, tunings, lanes);
 }
@@ -120,7 +120,7 @@ Index bank_state(const FilterContext& c) {
 // ---- The EKF that also estimates parameters
 
 constexpr double kParameterDeviation = 0.2;  // relative to the nominal value, as in a data sheet
-constexpr double kParameterDrift = 1e-4;     // relative to it, per step
+constexpr double kParameterDrift = 1e-4;     // relative to the nominal value, per step
 constexpr double kFarParameter = 10.0;       // times the nominal value; beyond it the filter is lost
 
 std::string joint_unfit(const FilterContext& c) {

@@ -16,13 +16,13 @@
 
 namespace nlo::trainer {
 
-/// All filters know this about a plant under one condition: its nominal parameters and process noise, the initial
-/// states in training, and the nominal variance of the sensors' noise. Two threads must not share it.
+/// The knowledge of every filter about a plant under one condition: its nominal parameters and process noise, the
+/// initial states in training, and the nominal variance of the sensors' noise. Two threads must not share it.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
   std::vector<std::string> states;            ///< their names
-  FilterKnowledge knowledge;                  ///< n_x
+  FilterKnowledge knowledge;                  ///< knowledge about the n_x states
   std::vector<std::string> joint_parameters;  ///< parameters that the conditions change
   Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
   double sample_period_s = 0.0;

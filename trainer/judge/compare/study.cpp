@@ -108,7 +108,7 @@ class UnderCondition {
     if (test_.by_condition)
       context_ = filter_context(plan.known, condition.noise, plan.joint_parameters);
     else if (tested_.feedback)
-      tested_.feedback->error.clear();  // other loops are compared with the loop of the true state
+      tested_.feedback->error.clear();  // estimators in their own loops are compared with the loop of the true state
     if (test_.tune)
       tuning_ =
           compared_runs(plan.known, condition, SeedStream::kValidation, kTuningSeed, 1, test_.tuning_trajectories);
@@ -133,7 +133,7 @@ class UnderCondition {
   }
 
  private:
-  /// Returns one factory for each model that the estimator reads; empty if judge() makes it.
+  /// Returns one factory for each model that the estimator reads; empty if judge() makes the estimator.
   std::vector<EstimatorFactory> made(const Entrant& entrant) {
     if (entrant.kind == Kind::kFilter && !test_.by_condition) return {filter(entrant, condition_.noise)};
     if (entrant.kind != Kind::kSimple) return {};

@@ -47,7 +47,7 @@ struct StudyEstimator {
   std::string meaning;  ///< in words
   bool is_observer = false;
 
-  // Counts per step and estimate of one run; 0 if an expression is unknown.
+  // Cost of one step and estimate of one run; 0 if an expression is unknown.
   double operations = 0.0, functions = 0.0;  ///< a multiply-add is two operations
   double state_bytes = 0.0;                  ///< state of a float implementation between samples
   double constant_bytes = 0.0;               ///< constants of a model

@@ -28,7 +28,7 @@ LoopEstimators filter_in_loop(std::string_view name, const Experiment& nominal, 
 
 struct TunedFilter {
   FilterTuning tuning;
-  std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": differences from the filter as shipped
+  std::string text;   ///< differences from the filter as shipped: "Q x 100, R x 3.2, gate 3.5"
   double norm = 0.0;  ///< error on the runs of the tuning
   int evaluations = 0;
 };

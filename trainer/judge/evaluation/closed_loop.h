@@ -19,7 +19,8 @@ struct ClosedLoopCost {
   int runs = 0;
   /// Number of runs in which a state exceeds kLeft times its largest value in any run of the true state's loop.
   int left = 0;
-  /// Means over runs and samples of [feedback] cost, here and in the loop of the true state; empty without a cost.
+  /// Means of [feedback] cost over runs and samples, in this loop and in the loop of the true state; empty without a
+  /// cost.
   std::optional<double> cost = {}, of_true_state = {};
 };
 

@@ -17,9 +17,9 @@ namespace nlo::trainer {
 struct DisturbedRuns {
   Dataset set;
 
-  /// For each output (n_y), the largest distance in the middle of a sample period between h(x) and its hold.
-  /// ramp_error: first-order hold, the straight line through the neighbouring samples. step_error: zero-order hold, the
-  /// earlier sample.
+  /// Largest distance between h(x) and its hold in the middle of a sample period, for each output (n_y). ramp_error:
+  /// first-order hold, the straight line through the neighbouring samples. step_error: zero-order hold, the earlier
+  /// sample.
   Eigen::VectorXd ramp_error, step_error;
 };
 

@@ -73,7 +73,7 @@ std::vector<std::string> compared(const std::vector<LogEntry>& entries) {
         state.constant = error;
       } else if (&entry != &entries.front() && std::isfinite(error) && !(error >= state.simple)) {
         state.simple = error;
-        // Angles by sine and cosine follow the states and have no description.
+        // Entries beyond the states are angles, as sine and cosine; they have no description.
         state.simple_name = i < entry.describe.size() ? entry.describe[i] : entry.estimator;
       }
     }

@@ -75,7 +75,7 @@ inline constexpr double kNoBetterThanConstant = 0.95;
 struct ComparedState {
   std::string name, unit;
   std::string window;                 ///< in words: "settled (t >= 10 s)"
-  double observer, constant, simple;  ///< simple: the best of the other simple estimators, such as a linear readout
+  double observer, constant, simple;  ///< simple: error of the best other simple estimator, such as a linear readout
   std::string simple_name = "a ridge regression on the same features";
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The estimator that a network must beat: the best linear map from its own features to the states, by ridge regression
 //   x_hat = W [1; u],   W = argmin sum w |x - W [1; u]|^2 + ridge |W'|^2
-// W' are the columns of features scaled to unit RMS, without that of 1. An angle among the states is regressed as sine
-// and cosine. The settled samples have their own W, because the errors of the transient are far larger and determine
-// the W over all samples. If features are multiplied by clocks, W already changes with time, and there is only one
-// (TransientRidge).
+// W' are the columns of W for features scaled to unit RMS, without the column of the constant 1. An angle among the
+// states is regressed as sine and cosine. The settled samples have their own W, because the errors of the transient are
+// far larger and determine the W over all samples. If features are multiplied by clocks, W already changes with time,
+// and there is only one (TransientRidge).
 #pragma once
 
 #include <Eigen/Core>

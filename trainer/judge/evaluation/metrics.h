@@ -17,7 +17,7 @@ namespace nlo::trainer {
 /// Configuration of the metrics.
 ///
 /// Settling time: the first t from which the error averaged over the trajectories and over [t, t + settling_window_s)
-/// (root mean square) stays within `settling_ratio` times that of the settled window for the rest of the run.
+/// (root mean square) stays within `settling_ratio` times the error in the settled window for the rest of the run.
 struct MetricsConfig {
   EvaluationWindows windows = whole_run();  ///< "all" first
   double settling_ratio = 1.5;
@@ -40,8 +40,8 @@ struct ErrorMetrics {
   double norm = 0.0;              ///< sqrt(mean of |x - x_hat|^2) over trajectories and samples, transient included
   std::optional<double> nrmse;    ///< norm / RMS|x|; if normalised: norm / sqrt(n_x); missing if the truth is zero
   std::optional<double> settled;  ///< norm in the settled window; empty without one, or without a sample in it
-  Eigen::VectorXd per_component;  ///< n_x, RMSE of each state in its unit
-  Eigen::VectorXd settled_per_component;  ///< n_x, the same in the settled window; size 0 if `settled` is missing
+  Eigen::VectorXd per_component;  ///< RMSE of each state in its unit, n_x
+  Eigen::VectorXd settled_per_component;  ///< RMSE of each state in the settled window, n_x; size 0 without `settled`
   std::vector<Window> windows;            ///< as configured, "all" first
   std::optional<double> settling_time_s;  ///< see MetricsConfig; missing if the error never settles
   Eigen::VectorXd curve_time_s;           ///< error versus time, one entry per sample instant

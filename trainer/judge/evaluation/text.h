@@ -14,7 +14,7 @@ namespace nlo::trainer {
 /// NaN is "-".
 std::string significant(double value, int digits = 3);
 
-/// The same; "-" if there is no value.
+/// Returns the number as above; "-" if there is no value.
 std::string significant(const std::optional<double>& value, int digits = 3);
 
 /// Returns a number with `decimals` digits after the point.
@@ -26,17 +26,17 @@ std::string with_unit(const std::string& name, const std::string& unit);
 /// Returns 0.0523 as "5.23 %". A share just below 1 gets one digit more, so that it is not rounded to 1.
 std::string percent(double share);
 
-/// A mean and the standard errors of it.
+/// A mean with its standard errors.
 struct Spread {
   double mean = 0.0;
-  /// Over test sets (mean over the models on each); empty for one test set.
+  /// Standard error over test sets (mean over the models on each); empty for one test set.
   std::optional<double> test_set_error = {};
-  /// Over models (mean over the test sets for each); empty for one model.
+  /// Standard error over models (mean over the test sets for each); empty for one model.
   std::optional<double> training_seed_error = {};
 };
 
-/// Returns "0.0952 ± 0.00040", like the tables of results in docs/: three digits, and the error to one place more
-/// unless it rounds to zero there.
+/// Returns "0.0952 ± 0.00040", as in the tables of results in docs/. The mean has three digits and the errors have one
+/// decimal place more. Errors that are zero to this place are left out.
 std::string to_text(const Spread& spread);
 
 /// Returns the standard deviation of independent draws, or the standard error of their mean; nothing for fewer than

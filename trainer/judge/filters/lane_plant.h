@@ -19,7 +19,7 @@ struct LanePlant {
   using Map = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u)>;
 
   Eigen::Index nx = 0, ny = 0;
-  Map f, h;                          ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
+  Map f, h;                          ///< Map (n_x x B, n_u x B) to n_x x B and n_y x B; n_u x B is 0 x 0 for u = 0
   Eigen::VectorXd output_wraps;      ///< full turns of outputs that are angles, else 0; n_y
   Eigen::VectorXd state_wraps = {};  ///< full turns of states that are angles, else 0; n_x; empty: no state is an angle
   /// Longest step of RK4. A longer sample period is divided evenly.

@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 
 constexpr double kSpread = 1e-4;  // one-sided step in deviations; enough for a Gauss-Newton step
 
-/// Computes b = A^-1 b for a symmetric positive A of each lane, by Cholesky's method in place.
+/// Solves A x = b for a symmetric positive A of each lane, by Cholesky's method in place; x replaces b.
 void solve_lanes(LaneMatrix& a, std::vector<ArrayXd>& b) {
   const auto n = static_cast<Index>(b.size());
   for (Index j = 0; j < n; ++j) {
@@ -69,7 +69,7 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
   }
   const LaneMatrix& root = arrival_.root();
 
-  // With coordinates xi, x_a = x + S xi, the prior is |xi - offset|^2, offset = S^-1 (x_bar - x).
+  // In coordinates xi with x_a = x + S xi, the prior is |xi - offset|^2, offset = S^-1 (x_bar - x).
   std::vector<ArrayXd> right(static_cast<std::size_t>(nx_));
   for (Index i = 0; i < nx_; ++i) {
     ArrayXd rest = (arrival_.state().row(i) - x_.row(i)).transpose().array();

@@ -19,7 +19,8 @@ double& value_of(PlantConfig& plant, const std::string& parameter) {
       ->second;
 }
 
-/// f and h with p_i changed by the fraction `step`.
+/// Extends f and h to any parameters, as functions that are affine in them: one plant for each parameter, with this
+/// parameter changed by a quarter.
 class AffinePlant {
  public:
   AffinePlant(const PlantConfig& config, const std::vector<std::string>& names) {

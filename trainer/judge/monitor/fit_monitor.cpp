@@ -78,7 +78,7 @@ Steps steps_of(const codegen::Model& model, const codegen::Run& run, const Matri
   return steps;
 }
 
-/// Returns the steps at whose end output j arrived, with the changes of this output.
+/// Returns the steps that end at a sample at which output j arrived, with the changes of this output.
 std::vector<Steps> arrivals_of(const std::vector<Steps>& all, Index j) {
   std::vector<Steps> own;
   for (const Steps& steps : all) {
@@ -187,7 +187,7 @@ Eigen::RowVectorXd places(const Monitor& monitor, const MatrixXd& features) {
   return off.cwiseAbs().colwise().mean().cwiseMin(kLargestInnovation);
 }
 
-/// Innovations of some outputs: their mean squares, their growth with the distance of z, and the settled ones.
+/// Innovations of some outputs: mean squares, growth with the distance of z, and innovations after settling.
 struct Innovations {
   VectorXd squares, motion;
   std::vector<MatrixXd> sized;  ///< divided by 1 + motion place, for each run
@@ -283,13 +283,14 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }
 
-/// Returns the number of samples after a start until the rms error of x_hat over `runs` is at most twice that of their
-/// second halves, in quarters of a time constant, from 4 to 12 of them. 4 without runs.
+/// Returns the number of samples after a start until the rms error of x_hat over `runs` is at most twice the error in
+/// their second halves, as a multiple of a quarter of a time constant, 4 to 12 quarters. Returns 4 quarters without
+/// runs.
 Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
   constexpr Index kParts = 4, kMostBlocks = 3;
   constexpr double kSettled = 2.0;
   const Index part = std::max<Index>(1, block / kParts);
-  // Part `i` of all runs, and the remainder.
+  // One sum for each part of all runs, and one for the remainder.
   std::vector<ErrorSum> from(static_cast<std::size_t>(kParts * kMostBlocks + 1));
   ErrorSum late;
   const auto add = [](ErrorSum& to, const ErrorSum& sum) { to.squares += sum.squares, to.weight += sum.weight; };
@@ -478,7 +479,7 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   set_limits(monitor, ny, found);
   if (!clean) return fitted;
 
-  // Without noise, prediction errors are model errors, which hardly change between samples. Then p is close to v.
+  // Without noise, prediction errors are errors of the model, which hardly change between samples.
   Monitor unscaled = monitor;
   constexpr double kHuge = 1e12;
   unscaled.least_variance.setConstant(kHuge);

@@ -43,7 +43,7 @@ ErrorSum error_sum(const codegen::Model& model, const FlownRun& run, const Eigen
 /// Runs the observer over a run, with the gate of the monitor.
 codegen::WatchedRun fly(const codegen::Model& model, const codegen::Monitor& monitor, const FlownRun& run);
 
-/// Returns the monitor with an open gate and without detection of frozen sensors: it rejects nothing.
+/// Returns the monitor with an open gate and without detection of frozen sensors, so that it rejects nothing.
 codegen::Monitor without_gate(codegen::Monitor monitor);
 
 }  // namespace nlo::trainer

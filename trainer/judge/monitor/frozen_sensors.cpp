@@ -18,9 +18,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// kFrozenShare: an output that may fail counts as frozen once it repeats a reading for longer than at all but this
-// share of the samples in training. A reference sensor must be inside its range for all but this share of the output's
-// samples at rest. kLeastReference: smallest share of the other samples at which it must be outside.
+// kFrozenShare: at most this share of the training samples exceeds the limit of equal readings of an output that may
+// fail. At rest, a reference sensor may be outside of its range for at most this share of the samples. kLeastReference:
+// smallest share of the other samples at which it must be outside.
 constexpr double kFrozenShare = 0.03, kLeastReference = 0.5;
 // Smallest limit of equal readings, because a sensor of high resolution sometimes repeats a reading even if no log
 // shows it.
@@ -65,8 +65,8 @@ ReferenceSensor reference_sensor_of(const SensedRuns& runs, Index j, double rest
   return reference_sensor;
 }
 
-/// Returns the largest number of equal readings of output j in a row, counted like in the monitor, except for
-/// kFrozenShare of all samples.
+/// Returns the number of equal readings in a row (counted like in the monitor) at which output j is frozen: at most
+/// kFrozenShare of all samples reach this number.
 double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   std::vector<double> samples;  // [i]: number of samples that repeat their reading for the (i + 1)th time
   double all = 0.0;

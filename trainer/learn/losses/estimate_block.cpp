@@ -80,7 +80,7 @@ void EstimateBlock::evaluate(Rollout& rollout, const SampleRange& samples, const
     const float* z = has_network() ? nullptr : group.latent.data() + group.at(static_cast<int>(i), 0);
     float* errors = error_.data() + i * kRow;
     float squares = 0.0F;
-    const float* recorded[kGroup] = {};  // null for mirrored lanes
+    const float* recorded[kGroup] = {};  // truth of each lane; null for mirrored lanes
     for (int l = 0; l < group.lanes; ++l) recorded[l] = rollout.recorded(rollout.segment(samples.group, l), i);
     for (int s = 0; s < samples.count; ++s) {
       const int lane = offsets[s] % kGroup, time = offsets[s] / kGroup;

@@ -44,8 +44,8 @@ class EstimateBlock {
   /// Returns the sum of weight error^2 / unit^2 over the block.
   double squares(std::size_t state) const { return squares_[state]; }
 
-  /// Adds a cotangent of the output of T* (or of z): of(sample, gain), where gain is the derivative of x_hat with
-  /// respect to it.
+  /// Adds of(sample, gain) to the cotangent of the output of T* (or of z). `gain` is the derivative of x_hat with
+  /// respect to this output.
   template <class Cotangent>
   void pull_back(std::size_t state, const Cotangent& of) {
     if (has_network()) {

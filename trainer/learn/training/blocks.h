@@ -45,7 +45,7 @@ class Blocks {
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 
   double total_weight() const { return total_weight_; }      ///< total weight of the running samples
-  double settled_weight() const { return settled_weight_; }  ///< the same of those after the transient; 0 without split
+  double settled_weight() const { return settled_weight_; }  ///< weight after the transient; 0 without split
   double horizon_s() const { return horizon_s_; }  ///< mean length of the segments if the cost is an integral, else 1
   double running_share() const { return running_share_; }  ///< factor of a sample with weight 1 in the running cost
   /// Returns the running share in a group, if groups count by the logarithm of their errors.

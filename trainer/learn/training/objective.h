@@ -25,9 +25,9 @@ namespace nlo::trainer {
 struct ObjectiveValue {
   double loss = 0.0;
   double rmse = 0.0;                    ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
-  std::vector<double> state_rmse = {};  ///< n_x, the same for each state
-  /// n_x, the same for each state before and after the end of the transient; empty if no end is set, or if the samples
-  /// are all on one side of it.
+  std::vector<double> state_rmse = {};  ///< RMSE of each state, n_x
+  /// RMSE of each state before and after the end of the transient, n_x. Empty if no end is set, or if all samples are
+  /// on one side of it.
   std::vector<double> transient_rmse = {}, settled_rmse = {};
 };
 
@@ -69,7 +69,7 @@ class Objective {
  private:
   struct ChunkResult {
     double loss = 0.0;
-    std::vector<double> squares, settled_squares;  ///< n_x, sums over blocks that are not, and that are, settled
+    std::vector<double> squares, settled_squares;  ///< sums over transient and over settled blocks, n_x
     std::vector<float> gradient;                   ///< gradient of T* and T
     std::vector<double> eigenvalues;  ///< gradient of the PDE residual with respect to the eigenvalues, n_z
   };
@@ -77,7 +77,7 @@ class Objective {
   struct Workspace {
     Workspace(const ObserverStructure& structure, const LossConfig& loss);
     EstimateBlock estimate;
-    std::optional<MapBlock<float, kBlock>> maps;  ///< if T is trained, as the next two
+    std::optional<MapBlock<float, kBlock>> maps;  ///< set if T is trained, like the next two
     std::optional<SampleRows> rows;
     std::vector<float> cotangent_z;  ///< n_z rows
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Features that the estimate of a state reads in the model that ships (shipped_model.h chooses them), and its errors
-// beside those with other features.
+// The features that the shipped model reads to estimate a state (chosen by shipped_model.h), and the errors with these
+// and with other features.
 #pragma once
 
 #include <array>

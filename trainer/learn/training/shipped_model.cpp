@@ -34,7 +34,7 @@ using Eigen::VectorXd;
 
 // Choice of the features that each state reads.
 
-/// Squared errors of one state on all sets of data that choose. Combines the values of the sets into one number.
+/// Squared errors of one state on the data sets that decide. Combines the values of the sets into one number.
 class Evidence {
  public:
   using Value = std::function<double(const StateSquares&)>;
@@ -107,7 +107,8 @@ class Evidence {
   bool are_left_out_;
 };
 
-/// told_error: returns the RMSE of a value as StateReadout reports it
+/// Finds the output that is the best sensor of the state.
+///   told_error  returns the RMSE of a value as StateReadout reports it
 void find_sensor(const codegen::Model& model, const std::function<double(const Evidence::Value&)>& told_error,
                  StateReadout& result) {
   std::vector<double> errors;
@@ -119,7 +120,7 @@ void find_sensor(const codegen::Model& model, const std::function<double(const E
   result.sensor_name = model.outputs[static_cast<std::size_t>(best)].name;
 }
 
-/// Cost of a readout; the smaller one is the better readout.
+/// Cost of a readout; smaller is better.
 struct Cost {
   double excess;  ///< mean square over whole runs / largest allowed one; at least 1
   double error;   ///< mean square that decides between allowed readouts

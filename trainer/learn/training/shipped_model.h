@@ -3,12 +3,12 @@
 //   1. the parameters: those of the lowest validation error of all steps
 //   2. the readout of each state: T* as trained, a linear row, or a blend of both,
 //        x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
-//      whichever has the smallest error on logs that were left out of trainings like this one (left_out.h), or else on
-//      training data or on validation data, whichever is worse. The error is the geometric mean of the RMSE before and
-//      after the end of the transient. The row is fitted on the features as they are then. So an observer is not worse
-//      there than the linear row, than a constant, or than a sensor of that state.
+//      The readout with the smallest error on logs that were left out of trainings like this one (left_out.h) is used.
+//      Without such logs, the larger error on training data or validation data counts. The error is the geometric mean
+//      of the RMSE before and after the end of the transient. The row is fitted on the features of the parameters of 1.
+//      So on this data an observer is not worse than the linear row, a constant, or a sensor of that state.
 //   3. the facts of its provenance
-//   4. an error head, where the experiment asks for one
+//   4. an error head, if the experiment asks for one
 #pragma once
 
 #include <cstdint>
@@ -44,9 +44,9 @@ struct ShippedModel {
 /// Returns the end of the transient [sample periods since the start], as in the evaluation of the experiment.
 double settled_from(const Experiment& experiment, const Dataset& dataset, const TrainOptions& options);
 
-/// `objective`: on the training data; `validator`: on the validation data. A row may read outputs and inputs that T*
-/// does not; angles it reads only as T* does. Where z is the estimate, every state keeps it, and the errors of the rows
-/// are told all the same.
+/// Returns the shipped model. `objective` has the training data, `validator` the validation data. A linear row may read
+/// outputs and inputs that T* does not read, but angles only in the form that T* reads. If z is the estimate, every
+/// state keeps it; the errors of the rows are reported nevertheless.
 ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Objective& validator, ThreadPool& pool);
 
 }  // namespace nlo::trainer

@@ -241,7 +241,7 @@ class Training {
   bool diverged(double loss, bool usable) const {
     if (!std::isfinite(loss)) return true;
     if (!usable && !clips()) return true;
-    return loss > 1e6 * (1.0 + std::abs(state_.metrics.front().loss));  // one of logarithms may be below zero
+    return loss > 1e6 * (1.0 + std::abs(state_.metrics.front().loss));  // a logarithmic loss may be negative
   }
 
   /// Returns true if small changes of the parameters grow so fast through time that gradients are useless. Only for

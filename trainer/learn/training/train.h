@@ -21,7 +21,7 @@ namespace nlo::trainer {
 
 struct TrainProgress {
   long step = 0, steps = 0;
-  double loss = 0.0, rmse = 0.0;  ///< rmse: on the validation set, the latest
+  double loss = 0.0, rmse = 0.0;  ///< rmse: latest error on the validation set
   std::vector<std::complex<double>> eigenvalues;
   double steps_per_s = 0.0, elapsed_s = 0.0, left_s = 0.0;
 };

@@ -7,10 +7,10 @@
 
 namespace nlo::trainer {
 
-/// Fits W and b by the largest likelihood (deviation_likelihood.h) on `training`. Of several ridges, uses the one with
-/// the largest likelihood on `validation`. The range of log sigma is its range over `training`, at most the largest
-/// error there. The factors are those of a normal distribution, 1 and 1.96. Samples outside of the domain do not count,
-/// because there sigma is set to its largest value.
+/// Fits W and b by the largest likelihood (deviation_likelihood.h) on `training`. Uses the ridge with the largest
+/// likelihood on `validation`. The range of log sigma is its range over `training`, at most the largest error there.
+/// The factors are those of a normal distribution, 1 and 1.96. Samples outside of the domain do not count, because
+/// there sigma is set to its largest value.
 codegen::ErrorHead fit_error_head(const ErrorSamples& training, const ErrorSamples& validation);
 
 }  // namespace nlo::trainer
