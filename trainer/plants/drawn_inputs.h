@@ -13,7 +13,7 @@
 //   noise      c + white Gaussian noise behind a low-pass of first order with cut-off 1 / T, two deviations of which
 //              are half the range; reflected at the ends of the range
 //   log        a stretch of recorded inputs (logged_inputs.h)
-// A signal has values at samples alone; between them it is held as [observer] input_hold says (simulate_runs.h).
+// A signal only has values at samples. Between samples [observer] input_hold determines how they act (simulate_runs.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -32,14 +32,14 @@ struct HoldTimes {
   double shortest_s, longest_s;
 };
 
-/// Returns the given times. If they are 0, they are ten sample periods, and half the horizon (but not below the
-/// shortest).
+/// Returns the shortest and the longest time of [excitation]. If the shortest is 0, it is replaced by ten sample
+/// periods; if the longest is 0, by half the horizon, but at least the shortest.
 HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig& simulation);
 
 /// Draws the inputs, n_u x N, with the same bits on every machine.
 ///   excitation   with n_u ranges, checked (experiments/check_excitation.cpp)
 ///   engine_seed  initial_state_seed(seed, stream)
-///   run          its index in the set; its draws do not depend on the number of runs
+///   run          index of the run in the set; its draws do not depend on the number of runs
 ///   log          read_logged_inputs()
 Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
                             std::uint64_t engine_seed, std::uint64_t run, const LoggedInputs& log = {});

@@ -27,7 +27,7 @@ class ExpressionPlant final : public Plant {
  private:
   class Formulas;
   std::unique_ptr<Formulas> derivative_, output_;
-  std::vector<std::unique_ptr<Formulas>> input_fields_;  ///< one per input; none: derivative_ reads them
+  std::vector<std::unique_ptr<Formulas>> input_fields_;  ///< one per input; empty: derivative_ reads the inputs
 };
 
 }  // namespace nlo::trainer

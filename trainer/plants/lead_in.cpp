@@ -71,8 +71,8 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     }
   }
 
-  // The effect of the filter's start at t = 0 is exp(-k) T(x(-t_c)). It is not smaller if x(-t_c) is exp(k) times
-  // larger.
+  // At t = 0 the start of the filter still has the effect exp(-k) T(x(-t_c)). This effect is not small if the plant
+  // grows by exp(k) on its way back to -t_c.
   const Eigen::VectorXd most = std::exp(factor) * ranges(dataset, plant.nx());
   for (Eigen::Index i = 0; i < count; ++i)
     if ((x.col(i).array().abs() > most.array()).any())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compiled with -ffp-contract=off, as run_random.cpp.
+// Compiled with -ffp-contract=off, for the reason in run_random.cpp.
 #include "trainer/plants/logged_inputs.h"
 
 #include <fmt/format.h>

@@ -30,8 +30,8 @@ class ParametricPlant {
   Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
   Eigen::Index np() const { return static_cast<Eigen::Index>(parameters_.size()); }
 
-  /// Sets p, n_p, which is that of [plant] at first. Outside of the domain of an expression values are NaN, never an
-  /// exception.
+  /// Sets p, n_p. Before the first call, p has the values of [plant]. Outside of the domain of an expression, values
+  /// are NaN, never an exception.
   void set_parameters(const Eigen::VectorXd& p);
   Eigen::VectorXd parameter_values() const;
 

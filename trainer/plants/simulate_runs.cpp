@@ -75,7 +75,7 @@ class Loop {
       own.error(static_cast<Eigen::Index>(i)) = feedback_.error[i] * random.normal();
   }
 
-  /// Closes the loop at sample k of all such runs. inputs(:,k+1) holds the reference and is replaced by u.
+  /// Closes the loop at sample k of all runs in closed loop. inputs(:,k+1) holds the reference and is replaced by u.
   void close(Eigen::Index k, Dataset& set) {
     for (InLoop& own : runs_) {
       Trajectory& run = set.trajectories[static_cast<std::size_t>(own.run)];

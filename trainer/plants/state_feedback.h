@@ -15,16 +15,16 @@ namespace nlo::trainer {
 /// Returns the name of an input's reference in a law: "r_torque" for "torque".
 std::string reference_name(const std::string& input);
 
-/// Returns true if run i of a set is in closed loop. `share` of the runs are, spread evenly.
+/// Returns true if run i of a set is in closed loop. A share `share` of the runs, spread evenly, is in closed loop.
 bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run);
 
 class LoopExpressions;
 
 class StateFeedback {
  public:
-  /// Laws over the states that [plant] `estimated` names (all states if it is empty), the references and the nominal
-  /// parameters. Throws codegen::Error with the law and the position in it, or with a state that the law uses and the
-  /// observer does not estimate.
+  /// Compiles the laws, which are expressions over the states that [plant] `estimated` names (all states if it is
+  /// empty), the references and the nominal parameters. Throws codegen::Error with the law and the position in it, or
+  /// with a state that the law uses and the observer does not estimate.
   ///   config  the section that `plant` was made from
   StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config);
   ~StateFeedback();
@@ -47,7 +47,7 @@ class StateFeedback {
 /// Cost of a sample of the loop, [feedback] cost: an expression over states, inputs and nominal parameters.
 class LoopCost {
  public:
-  /// Throws codegen::Error with the key and the position in it.
+  /// Compiles the cost. Throws codegen::Error with the key and the position of the error in the expression.
   LoopCost(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants);
   ~LoopCost();
 

@@ -10,7 +10,7 @@
 
 namespace nlo::trainer {
 
-/// Every slope of an activation and every centre of a line is at most this.
+/// Upper bound of the slopes of all activations, and of the centres of all lines.
 inline constexpr double kSteepest = 2.0;
 
 /// The smallest and the largest slope.

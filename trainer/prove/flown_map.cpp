@@ -202,7 +202,7 @@ Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vect
     for (Index i = 0; i < rows; ++i)
       start += lost(m.initial_latent(r + i)) + (latent.starts_steady ? sums * std::abs(m.initial_latent(r + i)) : 0.0);
     const double size = size_of(z);
-    // Bounds the error of z after any number of steps, if every step is rounded as for a z with the error `by`.
+    // Bounds the error of z after any number of steps, given that the error before each step is at most `by`.
     const auto settled = [&](double by) {
       const Vector local = kFloatUnit * (z.segment(r, rows).array() + by) + (kSubnormal + a_off * size) +
                            sums * (a_size * (size + by) + pushes.array()) + push_off.array();

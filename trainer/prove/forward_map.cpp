@@ -54,7 +54,7 @@ MapDomain domain_around(const Eigen::MatrixXd& states) {
   return {0.5 * (low + high), half.cwiseMax(1e-3 * widest)};
 }
 
-/// chi(x) f(x): the plant inside O, and at rest far outside of it.
+/// The plant chi(x) f(x). It equals the plant inside O and is at rest far outside of O.
 class ForwardMap::Switched final : public Plant {
  public:
   Switched(const Plant& plant, const MapDomain& domain)

@@ -173,7 +173,7 @@ JacobianEnclosure::Pieces JacobianEnclosure::pieces_over(const InputBox& box) co
 
 JacobianEnclosure::Secants JacobianEnclosure::secants_over(const InputBox& box) const {
   Pieces pieces = pieces_over(box);
-  // On average half a step: none at c, a whole one at p.
+  // On the way from c to p, a step counts half on average: it grows from zero at c to a whole step at p.
   for (const Matrix& step : pieces.steps) pieces.linear += 0.5 * step.cwiseAbs();
   const double raised = 1.0 + rounding_.gamma;
   return {pieces.at_centre,
@@ -193,7 +193,7 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms
   return {raised * (least + rounding_.mid_norm.back()), split_of(ranges, box), norms};
 }
 
-// Selects the input that moves pre-activations most whose slopes vary and affect the output.
+// Selects the input with the largest effect on pre-activations whose slopes vary and affect the output.
 Eigen::Index JacobianEnclosure::split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const {
   const Vector& r = box.radius;
   Vector gain = Vector::Zero(r.size());

@@ -40,7 +40,7 @@ class JacobianEnclosure {
   struct Bound {
     double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
     Eigen::Index split = 0;  ///< the input that should be halved next
-    bool by_norms = true;    ///< the bound by norms is the smallest; if not, it is not in any part of the box either
+    bool by_norms = true;    ///< false: it is not the smallest for any part of the box either
   };
   /// Without `norms`, which takes most of the time, only the other two bounds are computed.
   Bound over(const InputBox& box, bool norms = true) const;

@@ -82,7 +82,7 @@ int balancing_rounds(const codegen::Network& network, double cost) {
   return static_cast<int>(std::min(kMost, kShare * LocalLipschitzOptions::kMultiplyAdds / (kTrials * neurons * cost)));
 }
 
-/// A box that is still open, ordered by its bound. Of equal bounds the older box comes first, so that the order is
+/// A box that is still open, ordered by its bound. Among equal bounds the older box comes first, so that the order is
 /// unique.
 struct Candidate {
   double bound;
@@ -133,7 +133,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
         Eigen::VectorXd beside = q;
         beside(k) += kDifference;
         gradient(k) = slope(beside) - value;
-        if (std::abs(q(k)) == 1.0 && gradient(k) * q(k) > 0.0) gradient(k) = 0.0;  // the box ends there
+        if (std::abs(q(k)) == 1.0 && gradient(k) * q(k) > 0.0) gradient(k) = 0.0;  // the box ends here
       }
       const double size = gradient.lpNorm<Eigen::Infinity>();
       if (!(size > 0.0)) break;
@@ -149,7 +149,8 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
       q = next;
       value = there;
     }
-    // Where two singular values meet, the norm has a kink, and gradients do not lead along it. Draws do.
+    // Where two singular values meet, the norm has a kink, along which gradients do not lead. Random draws can follow
+    // it.
     step = kFirstStep;
     for (int i = 0; i < kDraws && step > kLastStep; ++i) {
       const Eigen::VectorXd next = (q + step * draw()).cwiseMax(-1.0).cwiseMin(1.0);

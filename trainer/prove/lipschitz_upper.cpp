@@ -43,7 +43,7 @@ Around around(const codegen::Network& m, Eigen::Index first_input, Eigen::Index 
   return result;
 }
 
-/// Returns the same with the absolute values of all numbers.
+/// Returns the layers and the matrices around them with the absolute values of all numbers.
 Around sizes_around(codegen::Network m, Eigen::Index first_input, Eigen::Index inputs) {
   for (Eigen::MatrixXd* matrix : {&m.features, &m.skip}) *matrix = matrix->cwiseAbs();
   for (Eigen::VectorXd* vector : {&m.feature_scale, &m.output_scale}) *vector = vector->cwiseAbs();

@@ -17,7 +17,7 @@
 //    it is far too large. Both are checked for each k and reported.
 //  - The factor sqrt(n_x) comes from extending T^-1 component by component. An extension without this factor exists
 //    (Kirszbraun); for a linear T it is the pseudo-inverse.
-//  - It uses the slowest rate for all modes, but the noise decays in each mode at the mode's own rate.
+//  - (19) uses the slowest rate for all modes, but the noise decays in each mode at the mode's own rate.
 //  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than the plant contracts.
 // Therefore each report shows a sharper bound beside (19) that avoids these points. It uses L of T* for this k, and
 // each mode at its own rate:

@@ -21,7 +21,7 @@ inline constexpr double kLibraryUlps = 4.0;
 /// gamma_n], and a scalar product of n terms has an error of at most gamma_n |a|'|b|. Valid for n below 2^50.
 template <class Count>
 constexpr double gamma(Count n) {
-  const double exact = static_cast<double>(n) * kUnit;  // both it and 1 - n u are doubles
+  const double exact = static_cast<double>(n) * kUnit;  // exact, because n u and 1 - n u are doubles
   return exact / (1.0 - exact) * (1.0 + 4.0 * kUnit);
 }
 

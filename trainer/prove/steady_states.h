@@ -17,8 +17,8 @@ struct SteadyStates {
   Eigen::MatrixXd x, z;     ///< states and latent states without noise and disturbance, n_x x M and n_z x M
 };
 
-/// Takes them from the second half of simulated runs that start at the experiment's initial states. If the observer
-/// settles slowly, the runs are longer.
+/// Takes the states from the second half of simulated runs that start at the experiment's initial states. If the
+/// observer settles slowly, the runs are longer.
 SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
                            double disturbance, int trajectories, std::uint64_t seed);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Functions over a box as polynomials with a bound of the remainder (Makino and Berz 1998):
 //   f(x) = sum over products of c t^power +- remainder,   t = (x - centre) / radius in [-1, 1]^n
-// Terms that cancel also cancel as polynomials, but not as intervals. Rounding is in the remainder.
+// Polynomials keep the cancellation of terms, which interval arithmetic loses. Rounding is in the remainder.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@ namespace nlo::trainer::reproduction {
 
 struct ExamRow {
   std::string name;
-  /// Our errors, one for each training seed. A deterministic estimator has a single one.
+  /// Our errors, one for each training seed. A deterministic estimator has a single error.
   std::vector<double> values = {};
   std::optional<double> published = {};  ///< published error, from the authors' own test
   std::optional<double> multiply_adds = {};

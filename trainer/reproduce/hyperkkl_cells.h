@@ -31,7 +31,7 @@ struct InputRange {
   bool sign = false;
 };
 
-/// zero, constant U(-1, 1), sine A .1-1 w .5-3, square A .1-1 w .5-2
+/// Zero; constants in [-1, 1]; sines with A in [0.1, 1] and w in [0.5, 3]; squares with A in [0.1, 1], w in [0.5, 2].
 inline constexpr std::array<InputRange, 4> kKnownInputs{{
     {"zero", InputSignal::kZero},
     {"constant", InputSignal::kConstant, -1.0, 1.0},
@@ -39,7 +39,8 @@ inline constexpr std::array<InputRange, 4> kKnownInputs{{
     {"square", InputSignal::kSquare, 0.1, 1.0, 0.5, 2.0},
 }};
 
-/// Out of distribution: constant -2 or 2, sine A 1-2 w 3-6, square A 1-2 w 2-4
+/// Out of distribution: constants -2 and 2; sines with A in [1, 2] and w in [3, 6]; squares with A in [1, 2] and w in
+/// [2, 4].
 inline constexpr std::array<InputRange, 3> kFarInputs{{
     {"constant -2 or 2", InputSignal::kConstant, 2.0, 2.0, 0.0, 0.0, true},
     {"sine, A 1-2, w 3-6", InputSignal::kSine, 1.0, 2.0, 3.0, 6.0},

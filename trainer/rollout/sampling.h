@@ -28,7 +28,8 @@ struct SampleSet {
   double total_weight = 0.0;
 };
 
-/// Returns the samples of a step for each group of a rollout, or `all` samples. Masked samples are left out.
+/// Returns the samples of a step for each group of a rollout, or all samples if `all` is true. Masked samples are left
+/// out.
 std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout& rollout, long step, bool all,
                                     ThreadPool& pool);
 

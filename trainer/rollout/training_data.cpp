@@ -171,7 +171,7 @@ ReadingLimits::ReadingLimits(const TrainingData& data, const NoiseMixture& noise
     } else {
       look_at(input_noise.of(static_cast<std::size_t>(row - data.ny)));
     }
-    if (widest < 0.0 || rows > 1) continue;  // the noise of an angle turns it
+    if (widest < 0.0 || rows > 1) continue;  // noise turns an angle, so its sine and cosine keep their range
     const auto r = static_cast<std::size_t>(row);
     const float range = std::max(data.reading_high[r] - data.reading_low[r], 1e-3F) + static_cast<float>(6.0 * widest);
     low[r] = data.reading_low[r] - range;

@@ -34,7 +34,7 @@ class EquationLanes {
 
   /// Advances [x; p] by `h` seconds, in place, by one step of RK4.
   ///   inputs(c, u)  writes u (n_u) at the part c in [0, 1] of the step
-  ///   stages        step_size() numbers, filled
+  ///   stages        step_size() numbers, which this function fills
   template <class Inputs>
   void step(L* x, L h, const Inputs& inputs, L* stages) const {
     for (std::size_t i = 0; i < kParts.size(); ++i) {

@@ -39,7 +39,7 @@ int piece_length(const codegen::Model& model) {
 
 std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   std::vector<Place> places;
-  Index possible = 0, total = 0;  // with one piece of each segment; with all of each segment
+  Index possible = 0, total = 0;  // samples: with one piece for each segment; with whole segments
   const auto runs = static_cast<int>(whole_runs(rollout.data()).size());  // the whole runs are the first segments
   for (std::size_t g = 0; g < rollout.groups().size(); ++g)
     for (int l = 0; l < rollout.groups()[g].lanes && static_cast<int>(g) * kGroup + l < runs; ++l) {

@@ -92,8 +92,8 @@ codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* 
                                const ObserverConfig& observer, codegen::Model& model) {
   codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),
                    .inverse_map = inverse_map_of(structure, parameters, model.nr())};
-  // Then every feature is z - y and the steady gain is one, so a plant that rests at another output is also in the
-  // domain.
+  // With these settings every feature is z - y and the steady gain is one, so a plant that rests at another output is
+  // also in the domain.
   if (observer.features == FeatureSet::kLatentMinusOutput && structure.latent.injection == Injection::kUnitGain)
     for (int j = 0; j < model.ny(); ++j)
       if (model.outputs[static_cast<std::size_t>(j)].wrap <= 0.0) kkl.latent.relative_outputs.push_back(j);

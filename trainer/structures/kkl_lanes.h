@@ -16,7 +16,7 @@ namespace nlo::trainer {
 template <class Scalar>
 class KklLanes final : public OdeDynamics<Scalar> {
  public:
-  /// eigenvalues: n_z initial ones. Those of clocks do not change.
+  /// eigenvalues: n_z initial eigenvalues. Those of clocks do not change.
   KklLanes(LatentShape shape, std::vector<double> eigenvalues, int outputs)
       : OdeDynamics<Scalar>(shape.rows, outputs, shape.learned),
         shape_(std::move(shape)),

@@ -140,7 +140,7 @@ class PriorStructure final : public TrainableStructure {
     structure.latent.rows = own.units + own.carried();
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
                                           3 * own.units + own.corrections(), false);
-    // T* does not read the covariance, which on other logs than those of the training is elsewhere.
+    // T* does not read the covariance, because its values on other logs differ from those in training.
     for (int row = 0; row < own.units + own.estimated(); ++row) structure.features.push_back({.latent = row});
     if (experiment.observer.features == FeatureSet::kLatent) return;
     for (int j = 0; j < structure.readings; ++j)
@@ -155,8 +155,8 @@ class PriorStructure final : public TrainableStructure {
     std::copy(own.read.scale.begin(), own.read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
   }
 
-  /// A factor on the noise of all states, then the noise variances of the states and of the outputs, and the scale of
-  /// the first covariance.
+  /// The tuned constants are a factor on the noise of all states, the noise variances of the states and of the outputs,
+  /// and the scale of the first covariance.
   int tuned_constants(const ObserverStructure& structure) const override {
     const PriorSetting& own = structure.own.get<PriorSetting>();
     return 1 + own.nx() + own.ny() + 1;

@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Returns the place in an array of rows of eight.
+/// Returns the index of lane `l` of a row, in an array whose rows have eight numbers.
 std::size_t lane(int row, int l) {
   return static_cast<std::size_t>(row) * kGroup + static_cast<std::size_t>(l);
 }
@@ -106,7 +106,7 @@ auto PriorLanes<Scalar>::cut(int time) const -> Cut {
   return cut;
 }
 
-/// Returns 0 if a lane has arrived.
+/// Returns the length of a piece, 0 in lanes that have fewer pieces.
 template <class Scalar>
 auto PriorLanes<Scalar>::step_of(const Cut& cut, int piece) const -> L {
   return in_lanes<L>(piece) < cut.pieces ? cut.h : L{};
@@ -116,7 +116,7 @@ template <class Scalar>
 void PriorLanes<Scalar>::inputs_at(const Cut& cut, int time, int piece, double c, L* u) const {
   const L part = in_lanes<L>(piece + c) / cut.pieces, rest = in_lanes<L>(1.0) - part;
   for (int j = 0; j < setting_.inputs; ++j) {
-    // In w, the readings begin at row 2 n_y, with the outputs first.
+    // In w the readings begin at row 2 n_y. The outputs are the first readings; the inputs follow at row 3 n_y.
     const int row = 3 * setting_.ny() + j;
     u[j] = rest * reading(row, setting_.commands ? time : time - 1) + part * reading(row, time);
   }
@@ -141,7 +141,7 @@ void PriorLanes<Scalar>::predict(L* x, int time, Sample& sample) {
   }
 }
 
-/// Turns the cotangent of the prior of a sample into that of the sample before it.
+/// Replaces the cotangent of the prior of a sample by the cotangent of [x; p] at the previous sample.
 template <class Scalar>
 void PriorLanes<Scalar>::predict_back(const Sample& sample, L* cotangent) {
   for (int i = sample.cut.most; i-- > 0;) {
@@ -152,7 +152,7 @@ void PriorLanes<Scalar>::predict_back(const Sample& sample, L* cotangent) {
   }
 }
 
-/// Writes the readings of a sample: the measurement, the prior, and the innovation.
+/// Writes the entries of w that do not come from the units: the innovation, the readings and the prior.
 template <class Scalar>
 void PriorLanes<Scalar>::make_readings(int time) {
   const int nx = setting_.nx(), ny = setting_.ny();
@@ -185,15 +185,16 @@ auto PriorLanes<Scalar>::noise(int correction) const -> L {
   return exponential_of(kept_within(row_of<L>(gain_, correction), -kFarthestNoise, kFarthestNoise));
 }
 
-/// Turns the cotangent of a variance, which is proportional to noise(correction), into that of the output that the
-/// correction's layer has there.
+/// Writes the cotangent of the correction that sets a variance = constant * noise(correction), from the cotangent of
+/// this variance.
 template <class Scalar>
 void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& to_variance) {
   const auto inside = magnitude_of(row_of<L>(gain_, correction)) < in_lanes<L>(kFarthestNoise);
   set_row(to_gain_, correction, inside ? to_variance * variance * scale(correction) : L{});
 }
 
-/// Fills gain_ from [m; w], measured_, and x_, which is the corrected prior before it is limited to the range.
+/// Computes the corrections (gain_) from [m; w], the measurement update (measured_), and x_, the corrected prior before
+/// it is clamped to the range.
 template <class Scalar>
 void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   const int first = 3 * setting_.units, nx = setting_.nx(), ny = setting_.ny();
@@ -266,9 +267,9 @@ void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
         total(bias_gradient_.data() + r * kGroup, kGroup);
 }
 
-/// Propagates dl/d[x; p] of a sample back to the correction's weights and to its readings. If a run has lost its
-/// filter, so that its end depends on its beginning a thousand times more than its loss is large, only later samples
-/// contribute.
+/// Propagates dl/d[x; p] of a sample back to the weights of the correction and to its inputs. A gradient above 1000 per
+/// deviation of a state shows that the filter has lost the state. Then the gradient is set to 0, so that only later
+/// samples of the run contribute.
 template <class Scalar>
 void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   constexpr Scalar kLost = Scalar(1000), kFinite = Scalar(1e6);
@@ -328,7 +329,7 @@ void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   for (int i = 0; i < nx; ++i) to_x_[static_cast<std::size_t>(i)] += to_w(prior_row() + i);
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    // ds/dnu = c / (c + |nu|)^2, and 1 - |s| = c / (c + |nu|)
+    // s = nu / (c + |nu|): ds/dnu = c / (c + |nu|)^2, and 1 - |s| = c / (c + |nu|)
     const auto slope = [](L s, double c) {
       const L rest = in_lanes<L>(1.0) - magnitude_of(s);
       return rest * rest / in_lanes<L>(c);

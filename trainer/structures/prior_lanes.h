@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // An observer with a prior (codegen/model/prior.h) over whole trajectories, eight side by side, and its gradient:
-// backpropagation through time, exact for the discrete steps, with exact derivatives of the known equations.
-//   back from g = dl/d[x; p]_k, without the parts that the range clamps: through the measurement (covariance_lanes.h),
-// with
-//   x_k = ... + K s(nu) + b to K g s(nu)' and to b g, to nu and x- through the units' inputs; then through RK4 of
-//   [x; p], stage by stage, to dl/d[x; p]_{k-1}
+// backpropagation through time, exact for the discrete steps, with exact derivatives of the known equations. The
+// backward pass propagates g = dl/d[x; p]_k, which is 0 for elements that the range clamps, in three stages:
+//   - through the measurement update (covariance_lanes.h)
+//   - through x_k = ... + K s(nu) + b: g s(nu)' is the cotangent of K, g that of b; the inputs of the units give the
+//     cotangents of nu and x-
+//   - through RK4 of [x; p], stage by stage, to dl/d[x; p]_{k-1}
 #pragma once
 
 #include <vector>
@@ -19,16 +20,16 @@ namespace nlo::trainer {
 /// Properties of the observer before training.
 struct PriorSetting {
   codegen::Equations equations;
-  int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
-  int unestimated = 0;                            ///< the last states of the equations, which T* does not read
-  bool commands = false;                          ///< the input of a sample has acted since the one before
-  bool noisy = false;                             ///< training adds noise to the sensors
-  bool whole_runs = false;                        ///< every segment of the training begins where its run does
+  int units = 0, readings = 0, inputs = 0;        ///< numbers of units (n_m), readings (n_r) and inputs (n_u)
+  int unestimated = 0;                            ///< number of states that T* does not read; they are the last ones
+  bool commands = false;                          ///< true: the input of a sample has acted since the previous sample
+  bool noisy = false;                             ///< true: training adds noise to the sensors
+  bool whole_runs = false;                        ///< true: every segment of the training begins with its run
   double period_s = 0.0;                          ///< unit of rates
-  std::vector<bool> on_circle;                    ///< n_s: the sine or cosine of an angle
-  std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept
-  std::vector<double> fine, coarse;               ///< n_y, of s(nu)
-  std::vector<double> state_noise, output_noise;  ///< n_s, n_y: variances where c is 0
+  std::vector<bool> on_circle;                    ///< true: the state is the sine or cosine of an angle; n_s
+  std::vector<double> start, low, high;           ///< [x; p]: initial prior and limits
+  std::vector<double> fine, coarse;               ///< arguments c of s(nu, c), n_y
+  std::vector<double> state_noise, output_noise;  ///< variances without a correction, n_s and n_y
   std::vector<double> scale;                      ///< scale of the correction's outputs
   Normalisation read;                             ///< normalisation of w
 
@@ -40,7 +41,7 @@ struct PriorSetting {
   int corrections() const { return nx() * (ny() + 2) + ny(); }  ///< [K; b; c_q; c_r]
 };
 
-/// GatedRun with z = [m; x; p].
+/// Runs a GatedRun with z = [m; x; p].
 template <class Scalar>
 class PriorLanes final : private GatedLoop<Scalar> {
  public:
@@ -53,28 +54,29 @@ class PriorLanes final : private GatedLoop<Scalar> {
 
  private:
   using L = Lanes<Scalar>;
-  /// One piece of the step between two samples, as RK4 takes it.
+  /// One step of RK4. A longer step between two samples is cut into several pieces.
   struct Piece {
     std::vector<L> stages;
-    std::vector<L> reached;  ///< [x; p] before it is kept within the range
+    std::vector<L> reached;  ///< [x; p] before it is clamped to the range
   };
-  /// How the step to a sample is cut, lane by lane.
+  /// The pieces of the step that ends at a sample, for each lane: their number, and their length [s]. `most`: largest
+  /// number.
   struct Cut {
     L pieces, h;
     int most;
   };
-  /// The values of a sample that its pullback reads.
+  /// The values of a sample that its backward pass reads.
   struct Sample {
     Cut cut;
     std::vector<Piece> pieces;
-    std::vector<L> output;  ///< [x-; p-], and the outputs' values behind it
+    std::vector<L> output;  ///< [x-; p-], then the values of the outputs
   };
 
-  static constexpr double kFarthestNoise = 16.0;  ///< largest logarithm of a noise's factor
+  static constexpr double kFarthestNoise = 16.0;  ///< largest |c| in exp(c)
 
   void begin(const GatedRun<Scalar>& run);
   void make_readings(int time);
-  /// [x; p] of sample `time` - 1 becomes the prior of `time`, in place.
+  /// Advances [x; p], in place, from sample `time` - 1 to the prior of sample `time`.
   void predict(L* x, int time, Sample& sample);
   void predict_back(const Sample& sample, L* cotangent);
   Cut cut(int time) const;
@@ -87,13 +89,13 @@ class PriorLanes final : private GatedLoop<Scalar> {
   void take(int time, const Scalar* to_readings) override;
 
   void correct(const Scalar* in, int time);
-  /// exp(c), c one of the last corrections and kept within +-16.
+  /// Returns exp(c), where c is one of the last corrections, clamped to +-16.
   L noise(int correction) const;
   void noise_back(int correction, const L& variance, const L& to_variance);
   L periods(int time) const {
     return run_.periods == nullptr || time == 0 ? in_lanes<L>(1.0) : simd::load<L>(run_.periods + time * kGroup);
   }
-  /// 1 where output j was measured, else 0.
+  /// Returns 1 for lanes in which output j was measured, else 0.
   L arrived(int j, int time) const;
   Scalar* w(int row, int time) { return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup; }
   const Scalar* w(int row, int time) const {
@@ -103,13 +105,13 @@ class PriorLanes final : private GatedLoop<Scalar> {
     return run_.latent + (static_cast<std::ptrdiff_t>(setting_.units + row) * run_.length + time) * kGroup;
   }
   L reading(int row, int time) const { return simd::load<L>(w(row, time)); }
-  /// The sample's place among those that are pulled back together.
+  /// Returns the stored values of a sample. Those of a chunk of samples are stored together for the backward pass.
   Sample& sample(int time) { return samples_[static_cast<std::size_t>(time - first_sample_)]; }
-  /// First row of the prior in w.
+  /// Returns the first row of the prior in w.
   int prior_row() const { return setting_.reads() - setting_.nx(); }
-  /// First row of the noises among the corrections.
+  /// Returns the first row of the noises (c_q, c_r) among the corrections.
   int noise_row() const { return setting_.corrections() - setting_.nx() - setting_.ny(); }
-  /// Returns whether element i of [x; p] is within its range, lane by lane.
+  /// Returns a mask of the lanes in which element i of [x; p] is within its range.
   auto within(L x, int i) const {
     const auto row = static_cast<std::size_t>(i);
     return (x >= in_lanes<L>(setting_.low[row])) & (x <= in_lanes<L>(setting_.high[row]));
@@ -123,17 +125,17 @@ class PriorLanes final : private GatedLoop<Scalar> {
   Measured<Scalar> measured_, to_measured_;
   GatedRun<Scalar> run_;
   const Scalar* given_ = nullptr;  ///< readings
-  std::vector<Scalar> w_;          ///< w of a run
-  std::vector<Sample> samples_;    ///< from first_sample_ on
+  std::vector<Scalar> w_;          ///< w at all samples of the run
+  std::vector<Sample> samples_;    ///< samples of the chunk that starts at first_sample_
   int first_sample_ = 0;
-  std::vector<L> to_expected_;                 ///< cotangents of the outputs
+  std::vector<L> to_expected_;                 ///< cotangents of the outputs h(x-)
   std::vector<Scalar> gain_;                   ///< [K; b; c_q; c_r] of a sample
   std::vector<Scalar> correction_transposed_;  ///< columns x corrections
-  std::vector<L> x_, to_x_;                    ///< [x; p] behind the correction; dl/d[x; p]
-  std::vector<Scalar> unit_;                   ///< unit of [x; p]: a state's deviation
+  std::vector<L> x_, to_x_;                    ///< x_: [x; p] after the correction; to_x_: dl/d[x; p]
+  std::vector<Scalar> unit_;                   ///< units of [x; p]: deviations of the states
   std::vector<L> to_squashed_;
   std::vector<Scalar> to_gain_, to_in_;
-  std::vector<Scalar> gradient_, bias_gradient_;  ///< gradients of the correction, lanes apart
+  std::vector<Scalar> gradient_, bias_gradient_;  ///< gradients of the correction's W and b, one for each lane
 };
 
 }  // namespace nlo::trainer

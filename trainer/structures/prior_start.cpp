@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// Smallest and largest, and the moments, of each row of a signal.
+/// Moments and range of one row of a signal.
 struct Range {
   Moments moments;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -32,7 +32,7 @@ std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> Traini
   return ranges;
 }
 
-/// Returns state i of a run at sample k: an estimated one, or one behind them.
+/// Returns state i of a run at sample k. States that are not estimated follow the estimated ones.
 double state_at(const PriorSetting& own, const TrainingData::Run& run, std::size_t i, int k) {
   const auto estimated = static_cast<std::size_t>(own.estimated()), samples = static_cast<std::size_t>(run.samples),
              at = static_cast<std::size_t>(k);
@@ -40,7 +40,7 @@ double state_at(const PriorSetting& own, const TrainingData::Run& run, std::size
                                            : run.unestimated[(i - estimated) * samples + at]);
 }
 
-/// Mean and variance of each state where segments begin (prior_start.h).
+/// Returns mean and variance of each state at the start of segments (prior_start.h).
 std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data, const std::vector<Range>& states) {
   constexpr std::size_t kEnough = 16;  // runs
   std::vector<Moments> starts;
@@ -53,7 +53,7 @@ std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data
   return starts;
 }
 
-/// Mean squares of the residuals of the equations.
+/// Mean squares of the residuals of the equations, for each state and each output.
 struct LeftOver {
   std::vector<double> states, outputs;
 };
@@ -88,7 +88,7 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
           u[j] = (1.0 - c) * from + c * to;
         }
       });
-      const double share = std::sqrt(own.period_s / step_s);  // a variance grows with time
+      const double share = std::sqrt(own.period_s / step_s);  // the variance grows with the step
       for (std::size_t i = 0; i < nx; ++i) add(states[i], share * (state_at(own, run, i, k + 1) - x[i]));
     }
   }
@@ -101,12 +101,12 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
 }  // namespace
 
 void start_prior(PriorSetting& own, const TrainingData& data) {
-  // kFine and kCoarse: innovations without and with noise, in deviations of a measurement. kGain and kDrift: largest
-  // correction of a step, in deviations of the state, so that an optimiser's first steps are small.
+  // kFine and kCoarse: typical innovations without and with noise, in deviations of a measurement. kGain and kDrift:
+  // largest correction of a step, in deviations of the state, so that an optimiser's first steps are small.
   constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 1.0, kCircle = 1.02;
   constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
-  // Least variances of the noises and the limits of the covariance, relative to a variance of the state or output;
-  // last, the scale of a noise's logarithm.
+  // Smallest variances of the noises, and limits of the covariance, relative to the variance of a state or output.
+  // kLogarithm: scale of a noise's logarithm.
   constexpr double kStateOfNoisy = 1e-4, kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0,
                    kLogarithm = 2.0, kLeastOfStart = 0.01;
   own.period_s = data.sample_period_s;
@@ -137,7 +137,7 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   for (int i = 0; i < nx; ++i) {
     const Range& range = states[static_cast<std::size_t>(i)];
     const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
-    // A sine has no other values, and divisors made from them must not be 0.
+    // Sines and cosines are within [-1, 1]. Wider limits could let a divisor that depends on them become 0.
     const bool on_circle = own.on_circle[static_cast<std::size_t>(i)];
     own.start.push_back(starts[static_cast<std::size_t>(i)].mean);
     own.low.push_back(on_circle ? -kCircle : range.low - beyond);
@@ -167,7 +167,7 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
       own.low.push_back((i == j ? kLeast : -kMost) * product);
       own.high.push_back(kMost * product);
     }
-  // Otherwise the trained model would be refused.
+  // check_bounded() would refuse the trained model, so it is called before the training.
   std::vector<codegen::Interval> x, u;
   for (std::size_t i = 0; i < own.low.size(); ++i) x.emplace_back(own.low[i], own.high[i]);
   for (std::size_t j = 0; j < static_cast<std::size_t>(own.inputs); ++j) {

@@ -248,7 +248,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
       total += w;
     }
   });
-  // Features have unit power, and so does the mean of gram.
+  // Features have unit power, so the mean diagonal entry of gram is `total`. The ridge is relative to it.
   gram.diagonal().array() += experiment.inverse_map.ridge * total;
   const Eigen::MatrixXd path = codegen::solve_symmetric(gram, moment);
   float* out = parameters.data() + structure.dynamics_parameters() + structure.network.linear_path;
