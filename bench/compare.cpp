@@ -4,7 +4,7 @@
 //   compare --collect OUT.json RUN.json...           medians of the files that benchmarks wrote with --json
 //   compare --table RESULT.json                      a result as Markdown
 //   compare --write RESULT.json DOCUMENT.md          the same, into the document between its two marks
-// Exit 2: wrong usage, or a file that cannot be read or is no such result.
+// Exit 2: wrong usage, or a file that cannot be read or has another format.
 #include <charconv>
 #include <cstdio>
 #include <filesystem>

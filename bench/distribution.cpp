@@ -10,7 +10,7 @@ namespace nlo::bench {
 
 namespace {
 
-// Blue and orange, which are distinguishable with common colour blindness.
+// Blue and orange, which readers with common colour blindness can tell apart.
 constexpr const char* kColours[] = {"#2f7de1", "#e07b1f"};
 
 /// Returns a string literal of gnuplot, in which only a quote needs an escape.
@@ -33,7 +33,7 @@ std::string readable(double ns) {
   return text;
 }
 
-/// Prints lines "centre width share" of buckets that grow by an eighth of an octave: x in us, y the share of all
+/// Prints lines "centre width share" of buckets that are an eighth of an octave wide: x in us, y the share of all
 /// values.
 void print_buckets(std::FILE* out, const Distribution& distribution) {
   const auto& values = distribution.values_ns();

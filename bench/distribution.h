@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Collects single durations, because for a control loop the slowest matters, not the mean.
+// Collects the durations of single calls, because a control loop depends on the slowest call, not on the mean.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace nlo::bench {
 
-/// Durations [ns], collected without allocating.
+/// Durations [ns]. Adding one does not allocate.
 class Distribution {
  public:
   Distribution(std::string name, std::size_t capacity) : name_(std::move(name)), values_ns_(capacity) {}

@@ -14,7 +14,7 @@
 
 namespace nlo::bench {
 
-/// Keeps the fastest repetition of each benchmark. It only prints dots.
+/// Keeps the fastest repetition of each benchmark. Prints only a dot for each.
 class FastestReporter : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context&) override { return true; }
@@ -55,7 +55,7 @@ class Table {
  public:
   Table(const FastestReporter& times, Ratios& ratios) : times_(times), ratios_(ratios) {}
 
-  /// Adds the ratio of `times` times the fastest of `over` to the time of `under`.
+  /// Adds a ratio: `times` times the fastest time of the benchmarks `over`, divided by the time of `under`.
   void add(const std::string& network, const std::vector<std::string>& over, const std::string& under, double target,
            const std::string& name, double times = 1.0) {
     double fastest = 0.0;

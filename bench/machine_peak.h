@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-// The compiler's constraint for any vector register.
+// The compiler's constraint for a vector register in inline assembly.
 #if defined(__x86_64__) || defined(__i386__)
 #define NLO_VECTOR_REGISTER "x"
 #elif defined(__aarch64__)
@@ -27,7 +27,7 @@ namespace nlo::bench {
 template <class Scalar>
 double peak_flops_of_one_thread() {
   using P = simd::Pack<Scalar>;
-  constexpr int kChains = 10;  // latency of 4 to 5 cycles x 2 units
+  constexpr int kChains = 10;  // a latency of 4 to 5 cycles x 2 units
   constexpr int kRounds = 200'000;
   double best = 0.0;
   for (int burst = 0; burst < 20; ++burst) {

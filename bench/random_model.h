@@ -10,7 +10,7 @@
 
 namespace nlo::bench {
 
-/// Uniform in [-1, 1) and the same on every platform: the upper bits of a linear congruential generator.
+/// Numbers uniform in [-1, 1), the same on every platform: the upper bits of a linear congruential generator.
 struct RandomUniform {
   std::uint32_t state;
 
@@ -20,10 +20,10 @@ struct RandomUniform {
   }
 };
 
-/// Weights are uniform in +-sqrt(3 / n_in), so that activations neither vanish nor saturate.
+/// Returns a layer whose weights are uniform in +-sqrt(3 / n_in), so that activations neither vanish nor saturate.
 template <int kIn, int kOut, class Weight = float>
 constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
-  float scale = 1.0F;  // sqrt(3 / kIn) by Newton's method: std::sqrt is no constant expression
+  float scale = 1.0F;  // sqrt(3 / kIn) by Newton's method, because std::sqrt is not constexpr
   for (int i = 0; i < 20; ++i) scale = 0.5F * (scale + 3.0F / static_cast<float>(kIn) / scale);
   RandomUniform random{seed};
   Dense<Weight, kIn, kOut> layer{};

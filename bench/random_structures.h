@@ -61,7 +61,7 @@ constexpr auto random_general_model(const Map& inverse_map = {random_mlp<kKind, 
   return model;
 }
 
-/// kUnits gated units that read kNy outputs, T* of kDepth hidden layers of kUnits that reads z. <64, 0, 32, 32> has the
+/// kUnits gated units that read kNy outputs. T* reads z and has kDepth hidden layers of kUnits. <64, 0, 32, 32> has the
 /// products of EdgeMark's GRU of 20,896 parameters: 64 units, 32 inputs, and a layer of 32 outputs.
 template <int kUnits, int kDepth = 1, int kNy = 1, int kNx = 2>
 constexpr auto random_gated_model() {
@@ -78,7 +78,7 @@ constexpr auto random_gated_model() {
   return model;
 }
 
-/// A pendulum with friction, y = its angle.
+/// A pendulum with friction, y = angle.
 struct PendulumEquations {
   static constexpr void derivative(const float (&x)[5], const float*, float (&dx)[5]) {
     const float falls = rounded<float>(-9.81F * cosine(x[0]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// NLO_REFERENCES: the name of the function that this compilation defines.
+// NLO_REFERENCES is the name of the function that this file defines.
 #include "bench/references.h"
 
 #include "bench/reference_networks.h"

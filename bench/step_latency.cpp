@@ -36,7 +36,8 @@ using nlo::bench::sample_of_fleet;
 using nlo::bench::sample_with;
 using nlo::bench::Table;
 
-// NLO_BENCH_PORTABLE: compiled for any CPU of its kind. Its value is the factor by which observers may then be slower.
+// NLO_BENCH_PORTABLE: the build is for any CPU of this architecture. Its value is the factor by which observers may be
+// slower.
 #if defined(NLO_BENCH_PORTABLE)
 constexpr bool kNative = false;
 constexpr double kMayTake = NLO_BENCH_PORTABLE;
@@ -49,8 +50,8 @@ constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
 /// How long each benchmark runs. With --smoke it runs once.
 struct Effort {
   int repetitions = 7;
-  int cold_in_l2 = 400, cold_in_l3 = 60;  // number of samples, each after other memory was read
-  // [s]; shorter than the library's half a second: the fastest repetition counts
+  int cold_in_l2 = 400, cold_in_l3 = 60;  // number of samples; other memory is read before each
+  // [s]; the library's half a second is not needed, because the fastest repetition counts
   const char* min_time = "0.02";
 } effort;
 
@@ -115,7 +116,7 @@ void add_observer(const std::string& network, const std::string& what, const Mod
   if (cold) add_cold(network, what, sample_of<nlo::KklObserver<Model>>(model));
 }
 
-/// All benchmarks, for the paper's size.
+/// Adds all benchmarks for networks of the paper's size.
 template <Activation kKind>
 void add_paper_network(const std::string& network) {
   static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, 50, 4>();
@@ -128,7 +129,7 @@ void add_paper_network(const std::string& network) {
     char bytes[64];
   };
   const auto lines = std::make_shared<std::vector<Line>>(kBytes / sizeof(Line));
-  for (Line& line : *lines) line.bytes[0] = 1;  // see Evictor
+  for (Line& line : *lines) line.bytes[0] = 1;  // writes each line, see Evictor
   add(network, "loading the weights from L1", [lines] { nlo::bench::load_all(lines->data(), kBytes); });
   add(network, "nlo, 32 plants", sample_of_fleet(kModel));
 }
@@ -156,7 +157,7 @@ void add_half_weights(const std::string& network, const std::string& what) {
 
 constexpr const char* kGatedNetwork = "32 gated units, 32-32-2 tanh";
 
-/// The other structures with networks of 2 x 16, each evaluated four times per step, and gated units.
+/// Adds the other structures with networks of 2 x 16, each evaluated four times per step, and gated units.
 void add_structures() {
   static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = nlo::bench::random_general_model<Activation::kTanh, 16, 2>();
@@ -201,7 +202,7 @@ void add_paper_ratios(Table& table, const FastestReporter& times, const std::str
   table.add(network, {"nlo, 32 plants"}, "nlo", relu ? 0.0 : 1 / 1.35 / kMayTake, "one plant of 32 / one alone",
             1.0 / kFleet);
   const double fleet_ns = times.ns(network, "nlo, 32 plants");
-  if (kNative && fleet_ns > 0.0) {  // the peak holds for the compiler's vectors
+  if (kNative && fleet_ns > 0.0) {  // the peak is measured with the vectors of this compilation
     table.add_value(network + ": 32 plants, share of the multiply-add peak", share_of_peak(kFleet, fleet_ns),
                     relu ? 0.9 : 0.75);
   }

@@ -88,19 +88,19 @@ std::vector<double> time_steps(const Experiment& experiment, const Dataset& data
 }
 
 struct Workload {
-  const char* name;  ///< in the results
+  const char* name;  ///< name in the results
   TrainingMode config;
-  double samples;  ///< number per step
+  double samples;  ///< number of samples per step
   int steps_per_burst;
   double reported_steps;  ///< number of steps whose time the table shows
-  double limit_share;     ///< required limit / ours on one core; 0: none
+  double limit_share;     ///< least ratio of the limit to the time of one core; 0: none
 };
 
 /// Seconds of one core per sample. Each is a bound or a reference for the network's share of a step.
 struct Limits {
   double peak;   ///< multiply-adds at the measured peak, plus tanh: no code is faster on this machine
   double eigen;  ///< the products by Eigen, and tanh
-  double own;    ///< the trainer's passes over one block in the cache
+  double own;    ///< passes of the trainer over one block in the cache
 };
 
 /// Limits of T* and of the network of gated units, each with tanh.

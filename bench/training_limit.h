@@ -17,8 +17,8 @@
 
 namespace nlo::bench {
 
-/// Products of each layer: one forward and two backward, including the gradient of the first layer's inputs, which
-/// learned eigenvalues need.
+/// Products of each layer: one forward and two backward. The gradient of the first layer's inputs is included, because
+/// learned eigenvalues need it.
 inline constexpr int kPasses = 3;
 
 /// Returns the seconds of one call: the fastest of many bursts, because other programs only make it slower.
@@ -88,7 +88,7 @@ inline double own_passes(const trainer::NetworkShape& shape, int bursts) {
 /// Times in seconds per sample.
 struct TrainingLimit {
   double eigen_products;  ///< with the better layout and the best of several widths of a block
-  double tanh;            ///< time of all hidden values of a sample
+  double tanh;            ///< time of tanh of all hidden values of a sample
   double own_passes;
 };
 

@@ -39,7 +39,7 @@ int main() {
   using nlo::bench::ticks;
   const nlo::bench::InstructionClock clock;
   constexpr int kCalls = 50;
-  step_and_estimate();  // the first step only starts the observer
+  step_and_estimate();  // not counted: the first step only starts the observer
 
   const std::uint32_t counted = ticks(step_and_estimate, kCalls) - ticks(nlo::bench::nothing, kCalls);
   write("instructions ", clock.instructions(counted, kCalls));

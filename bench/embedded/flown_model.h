@@ -34,15 +34,15 @@ constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 constexpr auto kModel = nlo::bench::random_quantised_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED && NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_gated_model<32>();
-#elif NLO_GENERAL && NLO_INT16  // T* alone is in integers
+#elif NLO_GENERAL && NLO_INT16  // only T* is in integers
 constexpr auto kModel = nlo::bench::random_general_model<kActivation, kWidth, 1>(
     nlo::bench::random_quantised_map<kActivation, kWidth, 1>());
 #elif NLO_GRU
 constexpr auto kModel = nlo::bench::random_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED
-constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
+constexpr auto kModel = nlo::bench::random_gated_model<32>();  // with T* 32-32-2 tanh
 #elif NLO_PRIOR
-constexpr auto kModel = nlo::bench::random_prior_model<24>();  // and T* 26-16-2 tanh
+constexpr auto kModel = nlo::bench::random_prior_model<24>();  // with T* 26-16-2 tanh
 #elif NLO_CARRIED
 constexpr auto kModel = nlo::bench::random_carried_model();
 #elif NLO_LUENBERGER
@@ -55,14 +55,14 @@ constexpr auto kModel = nlo::bench::random_driven_model<kActivation, 32, 2>();
 constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
 #elif NLO_EIGEN || NLO_NAIVE
 constexpr auto kLayers = nlo::bench::random_layers<3, kWidth, kDepth, 2>();
-constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // for its latent system
+constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // only its latent system is used
 #else
 constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth>();
 #endif
 #endif
 using Observer = nlo::SampledObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
 
-/// It is a template, so that the branch that does not fit the observer is not compiled.
+/// A template, so that the branch for other observers is not compiled.
 template <class Called, class... Dt>
 nlo::StepStatus step(Called& one, const typename Called::Output& y, const typename Called::Input& u, Dt... dt_s) {
   if constexpr (Called::kDriven) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step and estimate of an observer with the paper's network, or of another structure. count.cpp counts its
-// instructions, and idle.cpp has its size measured. Macros choose the observer, see CMakeLists.txt.
+// One step and estimate of an observer. count.cpp counts its instructions; with idle.cpp its size is measured. Macros
+// choose the observer and its network, see CMakeLists.txt.
 #include "bench/embedded/fly.h"
 
 #include "bench/embedded/flown_model.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An exported observer, compiled separately with the macros NLO_HEADER, its header, and NLO_MODEL, its namespace.
+// An exported observer, compiled separately. The macros NLO_HEADER and NLO_MODEL are its header and its namespace.
 #include "bench/embedded/fly_exported.h"
 
 #include <utility>
@@ -20,7 +20,7 @@ Values values(const float* from) {
   return result;
 }
 
-/// It is a template, so that the branch that does not fit the observer is not compiled.
+/// A template, so that the branch for other observers is not compiled.
 template <class Flown>
 nlo::StepStatus step(Flown& one, float dt_s, const float* measured, const float* given) {
   const auto y = values<typename Flown::Output>(measured);

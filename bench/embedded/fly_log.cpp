@@ -18,7 +18,7 @@
 
 namespace {
 
-constexpr int kMost = 64;  // columns
+constexpr int kMost = 64;  // largest number of columns
 
 void write(const char* name, std::uint32_t value) {
   board::write(name);

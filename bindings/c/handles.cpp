@@ -10,7 +10,7 @@
 namespace nlo::c_interface {
 namespace {
 
-thread_local char last_error[2048] = "";  // an array, because storing an error must not fail
+thread_local char last_error[2048] = "";  // a fixed array, because storing an error must not fail
 
 }  // namespace
 

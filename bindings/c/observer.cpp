@@ -19,7 +19,7 @@ VectorXd state_of(const nlo_observer& observer) {
   return std::visit([](const auto& o) { return o.snapshot(); }, observer.any);
 }
 
-/// Runs guarded() `work` on the observer, in its memory. Exceptions are in this memory, too.
+/// Runs guarded() `work` on the observer with allocations from its memory. Exceptions are allocated there, too.
 template <class Observer, class Work>
 int on(Observer* observer, const Work& work, int code_of_error = NLO_FAILED) noexcept {
   const StepMemory::Use memory(observer == nullptr ? nullptr : observer->memory.get());
@@ -55,7 +55,7 @@ void exercise(nlo_observer& observer) {
   nlo_observer_reset(&observer);
 }
 
-struct Free {  // its vectors must be freed before the memory in which they may be
+struct Free {  // frees the vectors before the memory in which they may be
   void operator()(nlo_observer* observer) const { nlo_observer_free(observer); }
 };
 
@@ -64,7 +64,8 @@ nlo_observer* with_memory(const std::shared_ptr<const Loaded>& loaded, int preci
   constexpr std::size_t kFirst = std::size_t{1} << 15, kMost = std::size_t{1} << 28;
   for (std::size_t bytes = kFirst;; bytes *= 2) {
     std::unique_ptr<nlo_observer, Free> observer(new nlo_observer(loaded, precision));
-    // First without it, because some allocations at the first step of a process do not belong to this observer.
+    // The first run is without this memory: some allocations at the first step of a process do not belong to this
+    // observer.
     exercise(*observer);
     observer->memory = std::make_unique<StepMemory>(bytes);
     exercise(*observer);

@@ -40,13 +40,13 @@ class StepMemory {
 
  private:
   struct alignas(std::max_align_t) Head {
-    std::size_t kind;  ///< a piece has 2^kind bytes after its head
+    std::size_t kind;  ///< the piece has 2^kind bytes after its head
     Head* next;        ///< next free piece of this kind
   };
   static constexpr std::size_t kSmallest = 6, kKinds = 48;
 
   std::unique_ptr<Head[]> all_;
-  std::size_t heads_, used_ = 0;  ///< in heads; pieces that were ever used are at the start
+  std::size_t heads_, used_ = 0;  ///< counted in heads. The pieces used so far are at the start
   std::array<Head*, kKinds> free_{};
   bool ran_out_ = false;
 };

@@ -49,7 +49,7 @@ class TemporaryFolder {
   ~TemporaryFolder();
 
   const std::string& name() const { return name_; }
-  /// Renames the file. Returns the result of the system's rename().
+  /// Renames the folder. Returns the result of the system's rename().
   int rename(const std::string& to);
   void keep() { name_.clear(); }
 

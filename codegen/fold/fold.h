@@ -18,7 +18,7 @@ int stale_after(const Model& model);
 /// Returns for each reading, n_r, the number of samples after an arrival in which it is not due; 0: due in every
 /// sample. A computed output is as slow as the slowest of its parts.
 std::vector<int> not_due(const Model& model);
-/// The same for the channels `outputs`, which may be computed from each other and from `inputs`, then 0 for each input.
+/// As above for the channels `outputs`, which may be computed from each other and from `inputs`; then 0 for each input.
 std::vector<int> not_due(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs,
                          double sample_period_s);
 /// Returns the largest number of samples in a row without an output: a slow output may be late by half its period.

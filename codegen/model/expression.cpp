@@ -118,7 +118,7 @@ class ExpressionParser {
     append(Kind::kProduct);
   }
 
-  /// Multiplies the nodes from `first` on by themselves.
+  /// Raises the value of the nodes from `first` on to the power that follows, by repeated products.
   void power(std::size_t first) {
     skip_space();
     const int power = at_ < text_.size() ? text_[at_] - '0' : 0;

@@ -31,12 +31,12 @@ class Expression {
     Function function = {};
   };
 
-  /// `names` are those of the readings that it may read, in their order; an empty name stands for a reading that it
-  /// must not read. Throws Error with the place in `text` and the expected symbols.
+  /// `names` are the readings in their order. An empty name stands for a reading that the expression must not read.
+  /// Throws Error with the place in `text` and the expected symbols.
   Expression(std::string_view text, const std::vector<std::string>& names, Language language = Language::kPolynomial);
   explicit Expression(std::vector<Node> nodes);
 
-  /// Returns its value; reading(j) is the value of reading j.
+  /// Returns the value of the expression; reading(j) is the value of reading j.
   template <class Value, class Reading>
   Value evaluate(const Reading& reading) const {
     std::array<Value, kMostPending> stack;
@@ -80,7 +80,7 @@ class Expression {
   int operations() const;  ///< number of multiplications, divisions, additions, minima and maxima
   int functions() const;   ///< number of function calls
 
-  /// Returns its parity from the parities of the readings.
+  /// Returns the parity of the expression from the parities of the readings.
   Parity parity(const std::vector<Parity>& readings) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Several structures have the linear latent system z' = D z + F y. This file reads and writes its fields in the model
-// file, checks them, and writes its part of a C++ header.
+// Several structures have the linear latent system z' = D z + F y. This file reads and writes D and F in the model
+// file, checks them, and writes their part of a C++ header.
 #pragma once
 
 #include <string>

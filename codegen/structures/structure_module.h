@@ -37,7 +37,7 @@ class StructureModule {
 
   // The model file.
 
-  /// Returns its fields, without those that all models have.
+  /// Returns the fields of this structure, without those that all models have.
   virtual std::vector<const char*> keys() const = 0;
   /// Sets model.structure from these fields.
   virtual void read(const Field& file, Model& model) const = 0;
@@ -94,10 +94,10 @@ class StructureModule {
   // Exports.
 
   virtual Abilities abilities() const { return {}; }
-  /// Returns its part of a C++ header. All arguments must outlive the result.
+  /// Returns the structure's part of a C++ header. All arguments must outlive the result.
   virtual std::unique_ptr<CppStructure> cpp(const ExportSource& source) const = 0;
-  /// Returns its values for templates/c99 by name. LATENT (how z moves) names a template, and if there is a steady
-  /// state, so do WARM_START and WARM_START_BODY. Only if abilities().c99.
+  /// Returns the structure's values for templates/c99 by name. LATENT (how z moves) names a template, and if there is a
+  /// steady state, so do WARM_START and WARM_START_BODY. Only if abilities().c99.
   virtual std::map<std::string, std::string> c99(const ExportSource&) const { return {}; }
 };
 

@@ -20,7 +20,7 @@ std::vector<NamedText> fmu_of_sources(const PreparedExport& prepared);
 /// compiler's processor. Throws Error with the output of the compiler if this fails.
 std::vector<NamedText> fmu(const PreparedExport& prepared);
 
-/// Return the two exports by FMI 2.0, which has no arrays: z and initial_z are scalars z[1], z[2] and so on.
+/// The same two exports by FMI 2.0, which has no arrays: z and initial_z are scalars z[1], z[2] and so on.
 std::vector<NamedText> fmu2_of_sources(const PreparedExport& prepared);
 std::vector<NamedText> fmu2(const PreparedExport& prepared);
 

@@ -21,7 +21,7 @@ GoldenReplay golden_replay(const PreparedExport& prepared);
 /// the machine that exports. Throws Error if the model is not valid.
 std::string replay(const PreparedExport& prepared);
 
-/// Returns the same in C99, for the files of target c99. Throws Error if C99 does not support the model.
+/// Returns the header of replay() in C99, for the files of target c99. Throws Error if C99 does not support the model.
 std::string replay_c99(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

@@ -32,8 +32,8 @@ class PreparedExport {
   const Initialiser& initialiser() const { return initialiser_; }
   ExportSource source() const { return {model_, folded_, initialiser_, quantised()}; }
 
-  /// Returns the error of its arithmetic, measured at the first call. Throws Error if too few samples are in the
-  /// domain.
+  /// Returns the error of this export's arithmetic, measured at the first call. Throws Error if too few samples are in
+  /// the domain.
   const ExportError& error() const;
 
   /// Prepares the same model with other options. Measurements of the model itself are shared.
@@ -60,7 +60,7 @@ class PreparedExport {
   mutable std::optional<ExportError> error_;
 };
 
-/// Returns its golden replay (replay_run.h).
+/// Returns the golden replay of an export (replay_run.h).
 ReplayRun run_replay(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

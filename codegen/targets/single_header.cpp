@@ -105,7 +105,7 @@ std::string in_cpp20(std::string_view c) {
     }
     line = words_in_cpp20(line);
     for (const char* scope : {"Status::", "Alarm::"})
-      if (!type.empty()) replace(line, scope, "");  // an enumerator where it is declared
+      if (!type.empty()) replace(line, scope, "");  // the declaration of an enumerator has no scope
     const std::size_t indent = line.find_first_not_of(' ');
     if (before.starts_with("inline ") && before.ends_with(',') && before.size() + 1 + line.size() - indent <= kWidth) {
       text.back() = ' ';  // without IN_FLASH the signature fits on one line

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The C99 export as one C++20 header that includes nothing of ours: for those who must read all that flies. The same
-// templates in C++, dense layers as plain loops; the bits of the deterministic policy.
+// Writes the C99 export as one C++20 header without headers of nlo, for reviewers who must read all code in flight: the
+// templates of c99 in C++, with dense layers as plain loops. The results are those of the deterministic policy.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace nlo::codegen {
 
-/// Writes the header; the same model gives the same bytes. Throws Error when c99() does.
+/// Returns the header. The same model gives the same bytes. Throws Error when c99() does.
 std::string single_header(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

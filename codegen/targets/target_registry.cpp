@@ -14,7 +14,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// A target that writes one file: NAME and `ending`.
+/// Returns a target that writes one file, NAME with this ending.
 ExportTarget one_file(const char* name, const char* description, const char* ending,
                       std::string (*text)(const PreparedExport&), bool of_c99 = false, bool no_observer = false) {
   const auto generate = [=](const PreparedExport& prepared) {

@@ -16,7 +16,7 @@ namespace nlo::codegen {
 /// The files of an export.
 enum class ExportForm : std::uint8_t {
   kFile,       ///< one file, under any name
-  kFiles,      ///< several that include each other by name, in one folder; the first is the one to include
+  kFiles,      ///< several files in one folder that include each other by name; a user includes the first
   kDirectory,  ///< a folder of its own
 };
 
@@ -24,16 +24,16 @@ struct ExportTarget {
   std::string name;         ///< on the command line
   std::string description;  ///< one line of help
   ExportForm form;
-  /// The files, their paths relative to where the export goes. Throws Error.
+  /// Generates the files, with their paths relative to `output` of write_export(). Throws Error.
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
-  bool of_c99 = false;       ///< has the parts of the c99 pair only: no standard deviations, one tanh
-  bool roles = false;        ///< needs roles of channels (ExportOptions::roles)
-  bool no_observer = false;  ///< its files belong to an observer of another target
+  bool of_c99 = false;       ///< has only what the c99 pair has: no standard deviations, one tanh
+  bool roles = false;        ///< needs the roles of channels (ExportOptions::roles)
+  bool no_observer = false;  ///< its files are used with the observer of another target
 };
 
 const std::vector<ExportTarget>& export_targets();
 
-/// The target of that name. Throws Error that lists the names there are.
+/// Returns the target with this name. Throws Error, which lists all names.
 const ExportTarget& export_target(const std::string& name);
 
 }  // namespace nlo::codegen

@@ -55,7 +55,7 @@ static void put(const char* name, uint32_t value) {
 
 int main(void) {
   OF(init)(&observer);
-  step();  // the first step only starts the observer
+  step();  // not counted: the first step only starts the observer
   const uint32_t delay = cycles(known_length);
   const unsigned of_step = stack_of(step), of_estimate = stack_of(estimate);
   put("step ", cycles(step));

@@ -2,8 +2,8 @@
 // The observer whose calls seen.cpp counts. It is compiled separately, so that no call is inlined into the count.
 #pragma once
 
-/// The observer whose calls are counted, and its monitor if it has one. `state`: their bytes after the first pointer to
-/// a model. `pointer`: the place of the second pointer in these bytes, or their end if there is none.
+/// The observer whose calls are counted, and its monitor if it has one. `state`: their bytes after the pointer to the
+/// first model. `pointer`: the offset in these bytes of the pointer to the second model, or the end of the bytes.
 struct CalledObserver {
   int outputs, inputs;
   unsigned char* state;

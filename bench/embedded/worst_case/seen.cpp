@@ -18,7 +18,7 @@ namespace {
 constexpr int kLargestState = 512, kMostValues = 16;
 constexpr std::uint32_t kMostSteps = 40'000;
 
-/// The upper bits of a linear congruential generator.
+/// A linear congruential generator, of which only the upper bits are used.
 struct Random {
   std::uint32_t state = 1;
   std::uint32_t operator()(std::uint32_t below) {
@@ -103,7 +103,7 @@ void choose_inputs() {
   tried.dt_s = duration();
 }
 
-/// A changed state must not point to another model.
+/// Restores the pointer to the monitor's model, which a changed state must not replace.
 void restore_pointer() {
   if (called.pointer < called.bytes) std::memcpy(called.state + called.pointer, fresh + called.pointer, sizeof(void*));
 }
@@ -160,7 +160,7 @@ struct Call {
   const char* name;
   void (*run)();
   std::uint32_t times = 1;  ///< number of calls to compare
-  std::uint32_t most = 0;   ///< their ticks
+  std::uint32_t most = 0;   ///< ticks of the worst case
   Case worst = {};
 };
 Call calls[] = {{"call_step", call_step},
@@ -203,14 +203,15 @@ bool look_at(Call& call) {
   return true;
 }
 
-/// Returns the instructions of a call of `tried`, with so many calls that a tick has no effect.
+/// Returns the instructions of a call of `tried`. It makes so many calls that the length of a tick does not matter.
 std::uint32_t instructions(const Call& call, const nlo::bench::InstructionClock& clock) {
   const std::uint32_t times = call.times >= 50 ? 400 : 200;
   const std::uint32_t counted = ticks_of(call.run, times) - ticks_of(nlo::bench::nothing, times);
-  return clock.instructions(counted, times) + 1;  // `nothing` is one instruction
+  return clock.instructions(counted, times) + 1;  // adds back the one instruction of `nothing`
 }
 
-/// Searches near a case as long as cases get no better, for at most `length` instructions.
+/// Climbs from a case: changes some values again and again, and keeps changes that take no fewer ticks. `length`:
+/// instructions of one call, which limits the number of changes.
 void climb(Call& call, const Case& start, std::uint32_t length) {
   const std::uint32_t steps = NLO_CLIMB / (length * call.times);
   static Case best;
@@ -245,7 +246,7 @@ int main() {
     choose_inputs();
     for (Call& call : calls) {
       look_at(call);
-      if (i == 20) {  // a long call is counted once, a short one many times
+      if (i == 20) {  // repeats short calls, so that ticks can compare them
         const std::uint32_t length = instructions(call, clock);
         call.times = length < 20'000 ? 20'000 / length + 1 : 1;
         call.most = 0;
