@@ -22,7 +22,7 @@ TEST(LinearAlgebra, SquareRootTimesItsTransposeIsTheMatrix) {
 
 TEST(LinearAlgebra, FindsASquareRootOfASingularMatrix) {
   const MatrixXd column =
-      (MatrixXd(3, 1) << 0.1, -2.0, 1.0).finished();  // the largest entry is not the first, so it must pivot
+      (MatrixXd(3, 1) << 0.1, -2.0, 1.0).finished();  // the largest entry is not the first: pivoting is needed
   const MatrixXd a = column * column.transpose();
   const MatrixXd s = square_root(a);
   EXPECT_LT((s * s.transpose() - a).cwiseAbs().maxCoeff(), kRounding * a.maxCoeff());

@@ -29,7 +29,7 @@ TEST(ThreadPool, RunsEachTaskOnceForAnyNumberOfTasksAndThreads) {
   }
 }
 
-TEST(ThreadPool, NeverRunsTwoTasksOnOneThreadsScratchAtOnce) {
+TEST(ThreadPool, NeverRunsTwoTasksAtOnceOnTheScratchOfOneThread) {
   ThreadPool pool(3);
   std::vector<std::atomic<int>> in_use(3);
   std::atomic<int> clashes = 0;

@@ -122,7 +122,7 @@ TEST(RandomLanes, TenMillionNormalNumbersHaveTheMomentsTheDistributionAndTheTail
   EXPECT_GT(sample.largest, 4.8);
 }
 
-TEST(RandomLanes, NormalNumbersOfAPairOfLanesAndOfDrawsAreIndependent) {
+TEST(RandomLanes, NormalNumbersOfPairsLanesAndDrawsAreIndependent) {
   constexpr int kDraws = 200'000;
   RandomLanes random(kSeed + 1);
   double products[5] = {};
@@ -192,7 +192,8 @@ TEST(RandomLanes, DrawingManyPairsEqualsDrawingThemOneByOne) {
 }
 
 TEST(RandomLanes, NormalNumbersAreFiniteForTheSmallestAndLargestUniformNumber) {
-  // A search found these seeds, whose first draw is the smallest or the largest number. One seed in 2^21 has that.
+  // A search found these seeds, whose first draw is the smallest or the largest number. Only one seed in 2^21 has such
+  // a draw.
   bool zero = false;
   bool one = false;
   for (std::uint64_t seed = 0; seed < (1U << 26) && !(zero && one); ++seed) {

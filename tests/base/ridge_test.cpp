@@ -89,8 +89,8 @@ TEST(TransientRidge, LargeEarlyErrorsDoNotChangeTheSettledMap) {
   // The slope is 5 while c is more than a half, and then 1: one slope cannot be both.
   const Runs runs([](int time) { return time < 14 ? 5.0 : 1.0; }, [](int time) { return time < 14 ? 20.0 : 0.01; });
   const double settled_error = std::abs(runs.fit(runs.u)(0, 1) - 1.0);
-  EXPECT_LT(settled_error, 0.005);  // a hundredth of the error that the early samples cause in
-  EXPECT_GT(std::abs(runs.plain_fit(runs.u)(0, 1) - 1.0), 0.1);  // the plain fit, which they pull towards 5
+  EXPECT_LT(settled_error, 0.005);                               // a hundredth of the error of the plain fit
+  EXPECT_GT(std::abs(runs.plain_fit(runs.u)(0, 1) - 1.0), 0.1);  // control: early samples pull the plain fit
 }
 
 TEST(TransientRidge, EqualsThePlainFitIfErrorsAreTheSameAtAllTimes) {

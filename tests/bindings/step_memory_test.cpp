@@ -49,7 +49,7 @@ TEST(StepMemoryPieces, ReportExhaustion) {
   EXPECT_EQ(count, 4096 / (128 + 16));
 }
 
-TEST(StepMemoryPieces, AreInUseWhileAUseExists) {
+TEST(StepMemoryPieces, ServeTheInnermostUse) {
   StepMemory outer(4096), inner(4096);
   EXPECT_EQ(StepMemory::in_use(), nullptr);
   {

@@ -14,7 +14,7 @@ namespace nlo::claims {
 /// A training: `nlo train TRAIN --set SET... --seed N`, N = 1 to `seeds`.
 struct Experiment {
   std::string id;
-  std::string train;  ///< a shipped name, or a file of this repository; from a page, its first experiment
+  std::string train;  ///< a shipped name, a file of this repository, or a page, whose first experiment is used
   /// Folder of the logs, {data} in the commands of its claims: in this repository, or beside it; empty: none.
   std::string data;
   int seeds = 3;
@@ -26,14 +26,13 @@ struct Experiment {
   bool watched = false;        ///< whether the model also gets a monitor
 };
 
-/// One figure.
-///   run     "evaluate ...", "bound ...": of `nlo evaluate MODEL ... --json`; {seeds} stands for the number of test
-///   sets, {data} for
-///           the folder of the logs
+/// A figure that the docs print.
+///   run     what measures the figure; {data} stands for the folder of the logs, {seeds} for the number of test sets:
+///           "evaluate ...", "bound ...": `nlo evaluate MODEL ... --json`
 ///           "flight": the exported header, compiled and flown over whole runs from their first sample
-///           "reproduce ITEM": of `nlo reproduce`; one run over all seeds; "reproduce ITEM --data {data}" of logs
-///           "identify NAME --data ...": of `nlo identify ... --json`, without an experiment; {data} is the folder of
-///           all logs kept beside this repository, {source} the repository
+///           "reproduce ITEM", "reproduce ITEM --data {data}": one run of `nlo reproduce` over all seeds
+///           "identify NAME --data ...": `nlo identify ... --json`, without an experiment. Here {data} stands for the
+///           folder of all logs beside this repository, and {source} for the repository
 ///   metric  a JSON pointer; the name of a figure of the flight; or "row | column | reading" of the item's CSV
 struct Claim {
   std::string id, experiment, run, metric;

@@ -162,7 +162,7 @@ Model rig_model() {
   linear_latent(m)->eigenvalues.resize(7);
   linear_latent(m)->eigenvalues << -40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0;  // pair, pair, real, real, clock
 
-  // F = -D in the column of each output: both settle at z = y.
+  // F = -D in the column of each output, so both modes settle at z = y.
   linear_latent(m)->output_injection = Eigen::MatrixXd::Zero(7, 2);
   linear_latent(m)->output_injection.col(0) << 40.0, -30.0, 0.0, 0.0, 60.0, 0.0, 0.0;
   linear_latent(m)->output_injection.col(1) << 0.0, 0.0, 25.0, -35.0, 0.0, 15.0, 0.0;

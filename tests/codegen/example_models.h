@@ -22,7 +22,7 @@ Model rig_model();
 /// One output, one state, two real eigenvalues, T* 2-4-1: small enough to read when exported.
 Model tiny_model();
 
-/// `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
+/// Returns `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
 Model activation_model(const std::string& activation);
 
 /// `tiny_model` with a monitor; `rig_model`, with an angle; `computed_model`, with computed outputs.
@@ -33,7 +33,7 @@ Model watched_computed_model();
 /// T* is one layer: a linear observer.
 Model linear_model();
 
-/// `tiny_model` with this hold ("zero_order", "first_order", "rk4").
+/// Returns `tiny_model` with this hold ("zero_order", "first_order", "rk4").
 Model hold_model(const std::string& hold);
 
 /// Structure (15): a pendulum with a known linear part, g_hat 2-8-2.
@@ -90,7 +90,7 @@ Model commanded_luenberger_model();
 Model commanded_general_model();
 Model commanded_gated_model();
 
-/// Gated units, with a second output that may be missing.
+/// Gated units with a second output that may be missing.
 Model failing_gated_model();
 
 /// Two vectors and the rate of rotation that carries them; a pair and a real mode; the estimate is a unit vector.
@@ -113,7 +113,7 @@ Model mixed_model();
 /// Returns `model` as "NAME_error", with an error head on T*: sigma between .05 and 2.
 Model with_error(Model model, std::uint64_t seed);
 
-/// A model of each structure with a T*, with an error head; including an angle, saturation and a linear path.
+/// Returns a model with an error head for each structure with a T*; some have an angle, saturation or a linear path.
 std::vector<Model> error_models();
 
 /// The last of example_models(): a model of each structure except the plain KKL.

@@ -65,8 +65,9 @@ TEST(ExportError, IsMeasuredOnTenThousandSamplesInTheDomainOrMore) {
   }
 }
 
-TEST(ExportError, IsMeasuredOnAsManySamplesForASmallDomain) {
-  // Z = y / |lambda| in steady state: y from 2 to 2.08, where tones about the middle of the range do not go.
+TEST(ExportError, IsMeasuredOnTheSameNumberOfSamplesForASmallDomain) {
+  // In steady state z = y / |lambda|. This domain belongs to y from 2 to 2.08, which tones about the middle of the
+  // range of y do not reach.
   Model m = paper_model();
   m.latent_min = 0.50 * m.latent_max;
   m.latent_max *= 0.52;

@@ -211,7 +211,7 @@ TEST(Expression, HasTheParityOfItsProducts) {
   EXPECT_EQ(parity("a + c"), Parity::kNeither);
   EXPECT_EQ(parity("a + 1"), Parity::kNeither);
   EXPECT_EQ(parity("-2 * a * b + 1"), Parity::kEven);
-  // Compared with values of both signs.
+  // Control: compares the declared parity with values at arguments of both signs.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.3, 1.0);
   for (const std::string& text : kEquations) {
@@ -238,7 +238,7 @@ TEST(ComputedOutputs, OverwriteTheRowsAfterTheMeasuredOnes) {
 template <class Scalar>
 using BitsOf = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
 
-/// Whether a text is a C++ floating literal: digits with a point or an exponent, and f for a float.
+/// Returns true if a text is a C++ floating literal: digits with a point or an exponent, and f for a float.
 template <class Scalar>
 bool is_literal_of(const std::string& text, Scalar value) {
   std::string digits = text;

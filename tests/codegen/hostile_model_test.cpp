@@ -39,7 +39,7 @@ std::string edited(std::string json, const std::string& find, const std::string&
 
 class HostileModel : public testing::TestWithParam<Row> {};
 
-TEST_P(HostileModel, IsRefusedWithItsFileFieldAndRemedy) {
+TEST_P(HostileModel, IsRefusedWithTheFileTheFieldAndTheRemedy) {
   const Row& row = GetParam();
   const std::string message = message_of(edited(to_json(rig_model()), row.find, row.replace));
   EXPECT_THAT(message, testing::HasSubstr(row.message));

@@ -63,7 +63,7 @@ TEST(ModelFile, CommittedModelsHaveTheCurrentFormat) {
 }
 
 TEST(ModelFile, Version1IsReadAndWrittenInTheCurrentFormat) {
-  // A file of that version: the networks were fields of the model, and KKL was the only structure.
+  // A file of version 1, in which the networks were fields of the model and KKL was the only structure.
   const Model old = read_model(NLO_SOURCE_DIR "/tests/golden/model_version_1.json");
   EXPECT_EQ(structure_name(old), "kkl");
   EXPECT_EQ(old.nz(), 6);

@@ -120,7 +120,8 @@ bool has_int16(const Model& m) {
   return structure_name(m) == "kkl";
 }
 
-// 16 bits of weights, of which the worst sum leaves about 12, over at most four layers of 50 neurons.
+// Weights have 16 bits. The largest possible sum leaves about 12 of them, and a map has at most four layers of 50
+// neurons.
 constexpr double kBound = 3e-3;
 
 TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
@@ -238,7 +239,7 @@ TEST(Quantise, AnyWeightsAreRefusedOrGiveSumsWithoutOverflow) {
 /// Mean of (quantised - exact) over the box, which would be shifted if rounding were always downwards.
 TEST(Quantise, CompensatesRoundingDown) {
   Model m = activation_model("tanh");
-  // Positive, so that shifts add up.
+  // Positive weights, so that shifts add up.
   inverse_map(m)->layers.back().weights = inverse_map(m)->layers.back().weights.cwiseAbs().eval();
   const FoldedModel folded = fold(m);
   QuantisedNetwork q = quantise(m, folded).map;
@@ -254,7 +255,7 @@ TEST(Quantise, CompensatesRoundingDown) {
     return std::abs(sum);
   };
   const double made_up_for = mean_error(q);
-  // Control: without the half unit in the biases of the last layer.
+  // Control: the network without the half unit in the biases of the last layer.
   for (Eigen::Index o = 0; o < q.outputs(); ++o)
     q.layers.back().bias(o) -= q.layers.back().weights.row(o).cast<int>().sum() / 2;
   EXPECT_LT(made_up_for, 0.7 * mean_error(q));

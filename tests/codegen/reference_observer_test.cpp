@@ -139,8 +139,8 @@ TEST(ReferenceObserver, GatedStepEqualsItsDocumentedEquation) {
 }
 
 TEST(ReferenceObserver, CarriedVectorsConvergeToTheirDifferentialEquation) {
-  // Between samples the observer takes y as a ramp in axes fixed in the world, the equation as a ramp in the axes of
-  // the body: a difference of second order.
+  // Between samples the observer takes y as a ramp in axes fixed in the world. The equation takes y as a ramp in the
+  // axes of the body. The difference is of second order.
   const Model m = carried_model();
   const auto y = [&](double t) {
     Eigen::VectorXd readings(9);
@@ -265,7 +265,7 @@ TEST(ReferenceNetwork, EqualsItsFoldedFormWithProductsOfClocks) {
   }
 }
 
-TEST(ReferenceNetwork, FallsBackToItsRowFarFromIt) {
+TEST(ReferenceNetwork, FallsBackToItsRowIfTheirDistanceIsLarge) {
   Network n;
   n.features = Eigen::MatrixXd::Ones(1, 1);
   n.feature_mean = Eigen::VectorXd::Constant(1, 1.0);

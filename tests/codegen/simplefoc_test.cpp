@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which channels a Sensor for SimpleFOC uses as angle and velocity of the shaft, and its errors if they are ambiguous.
-// compile_wrappers.sh flies it.
+// Tests which channels a Sensor for SimpleFOC uses as angle and velocity of the shaft, and its errors if they are
+// ambiguous. compile_wrappers.sh flies it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

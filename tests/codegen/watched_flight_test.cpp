@@ -105,7 +105,7 @@ TEST(WatchedFlight, HeaderAndReferenceAgreeForASlowOutput) {
         ASSERT_NE(alarm, Alarm::kMissing) << k << ": no sample is due in between";
       }
     }
-    EXPECT_LT(furthest, 2e-5);  // as above
+    EXPECT_LT(furthest, 2e-5);  // rounding, as in the test above
     EXPECT_EQ(different, 0);
     EXPECT_GT(missing, 10) << "control: 40 samples are missing";
     EXPECT_GT(others, 20) << "control: the flight contains faults";
@@ -133,7 +133,7 @@ TEST(WatchedFlight, ARunEqualsItsSteps) {
   EXPECT_EQ(open.run.x_hat, run.run.x_hat) << "a gate that rejects nothing has no effect";
   EXPECT_EQ(run.armed_after, 10);
   EXPECT_TRUE(run.levels.allFinite());
-  // The wrap is not a jump: without it, the innovation would be 2 pi divided by a deviation of .2.
+  // A wrap must not count as a jump: the innovation would then be 2 pi divided by a deviation of .2, and rejected.
   EXPECT_EQ(run.rejected, 0);
 }
 

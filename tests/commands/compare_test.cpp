@@ -72,7 +72,8 @@ TEST_F(CompareCommand, TestsOnTheSameRunsAsEvaluate) {
     const ProgramResult evaluated = scratch.ok(evaluate);
     const Json evaluation = Json::parse(evaluated.out)[0], columns = figures(compare)["conditions"]["noise"]["columns"];
     EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
-    // The same filters in another implementation: rounding, and finite differences with another step.
+    // Both commands have their own implementation of these filters, so results differ by rounding and by the step of
+    // the finite differences.
     const auto norm = [&](const char* name) { return evaluation["against"][name]["norm"].get<double>(); };
     for (const char* filter : {"ekf", "ukf"}) EXPECT_NEAR(columns[filter]["norm"], norm(filter), 1e-5) << filter;
     for (const char* simple : {"static_ridge", "constant", "ridge"})
@@ -140,7 +141,7 @@ TEST_F(CompareCommand, LeavesOutAConditionThatDoesNotFitThePlantOnlyInTheDefault
   EXPECT_EQ(json["conditions"].size(), 1u);
   ASSERT_EQ(json["impossible"].size(), 1u);
   EXPECT_THAT(json["impossible"][0].get<std::string>(), StartsWith("far: "));
-  // In a condition set of the user it is an error.
+  // In a set without written_for_deviation, such a condition is an error.
   scratch.write("any.toml", both);
   EXPECT_THAT(scratch.run(arguments).exit_code, 1);
 }

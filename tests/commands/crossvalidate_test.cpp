@@ -89,7 +89,7 @@ TEST_F(Crossvalidate, ContinuesAfterAnInterruptionToTheSameFigures) {
   const auto after = scratch_.contents();
   EXPECT_EQ(scratch_.run(arguments).out, resumed.out);
   EXPECT_EQ(scratch_.contents(), after) << "nothing is trained again";
-  // Another log is other data, so nothing is reused.
+  // A changed log changes the data, so no training is reused.
   scratch_.write("logs/day1_a.csv", tiny_log(0.1));
   EXPECT_NE(scratch_.run(arguments).out, resumed.out);
   EXPECT_GT(scratch_.contents().size(), after.size());

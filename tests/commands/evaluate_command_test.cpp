@@ -236,7 +236,7 @@ TEST(MonitorCommand, AddsAMonitorToTheModelAndItsHeader) {
   EXPECT_EQ(block.err + block.out, "");
   EXPECT_THAT(scratch.read("block/tiny_sfun.c"), HasSubstr("tiny_watch("));
   EXPECT_EQ(scratch.run({"export", "new.json", "-q", "-o", "tiny.h"}).err, "");
-  // Made again from a model with a monitor, it is the same.
+  // The monitor is the same if it is made again from a model that already has one.
   scratch.ok({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"});
   const auto again = scratch.ok({"monitor", "run/model.json", "--hours", "0.05", "--runs", "0", "--threads", "1"});
   EXPECT_THAT(again.out, Not(HasSubstr("condition")));

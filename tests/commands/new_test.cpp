@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo new: its files are valid, and it reports its guesses. Experiments of users that leave out keys, which the recipe
-// derives.
+// nlo new: its files are valid, and it reports its guesses. Experiments of users may leave out keys, which the recipe
+// then derives.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

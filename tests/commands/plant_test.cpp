@@ -19,7 +19,7 @@ using testing::Not;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// Makes full turns from its fastest initial states. Its angle is measured, its rate is estimated.
+/// A pendulum that makes full turns from its fastest initial states. Its angle is measured, its rate is estimated.
 const std::string kPendulum = R"(name = "pendulum"
 
 [plant]
@@ -203,7 +203,7 @@ TEST(PlantWithInputs, NotesThatItsObserverDoesNotReadThem) {
   EXPECT_THAT(exported.err, HasSubstr("does not know u"));
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("ignored_inputs                u\n"));
   EXPECT_EQ(scratch.run({"export", "run/model.json", "-q", "-o", "tiny.h"}).err, "");
-  // The input of a built-in plant, which the experiment does not use: nothing is missing.
+  // Control: the experiment does not use the input of its built-in plant, so the observer misses no input.
   scratch.write("built_in.toml", kTinyExperiment);
   EXPECT_THAT(scratch.run({"train", "built_in.toml", "-o", "none"}).err, Not(HasSubstr("without inputs")));
   EXPECT_EQ(scratch.run({"export", "none/model.json", "-o", "none.h"}).err, "");

@@ -21,7 +21,7 @@ class Scratch : public ScratchDirectory {
  public:
   bool has(const std::string& file) const;
 
-  /// Returns every file in it with its bytes, and every folder (with a trailing slash).
+  /// Returns every file in the directory with its bytes, and every folder (with a trailing slash).
   std::map<std::string, std::string> contents() const;
 
   /// Runs the program here. Kills it after five minutes, because a busy machine may be slow. `interrupt_at`: sends
@@ -40,7 +40,7 @@ class Scratch : public ScratchDirectory {
 extern const std::string kTinyExperiment;
 extern const std::string kTinyLogExperiment;
 
-/// A log for it: y = sin t at 100 Hz, without a column for its velocity.
+/// Returns a log for kTinyLogExperiment: y = sin t at 100 Hz, without a column for the velocity of y.
 std::string tiny_log(double phase = 0.0, int samples = 300);
 
 /// Returns `text` with the only occurrence of `old` replaced; fails the test if `old` is missing.

@@ -185,7 +185,7 @@ TEST(FilterSearch, FindsAGateIfThereAreOutliers) {
   EXPECT_LT(tuned.evaluations, 120);
 }
 
-TEST(FilterSearch, PutsProcessNoiseOnTheWrongEquation) {
+TEST(FilterSearch, PutsProcessNoiseOnTheEquationThatIsWrong) {
   // mu occurs only in the equation of x2, and y = x1 is exact. Process noise on x1 as well would make the filter worse
   // than necessary.
   Condition condition;

@@ -168,7 +168,7 @@ TEST(Csv, NamesACompressedFile) {
   EXPECT_THAT(error_in("PK\x03\x04..."), HasSubstr("a zip archive or a spreadsheet"));
 }
 
-TEST(CsvFormat, IsThatOfTheFileIfItGivesALongerTable) {
+TEST(CsvFormat, IsTakenFromTheFileIfTheConfiguredOneGivesAShorterTable) {
   const auto format = [](const char* text, CsvFormat configured) { return format_in(text, configured); };
   const CsvFormat comma, semicolon{.separator = ';', .decimal = ','};
   EXPECT_EQ(format("t;x\n0,0;1,5\n0,1;2,5\n", comma).separator, ';');

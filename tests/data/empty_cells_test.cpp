@@ -70,7 +70,7 @@ TEST_F(EmptyCellsOfLogs, AnEmptyCellMeansMissingForAnOutputHeldForAnInputAndUnsc
                                   "log.csv): as an output it holds its last value there"),
                         HasSubstr("may_fail")),
                   HasSubstr("\"b\" has no value in 5 % of the rows (20 of 400, for up to 0.21 s, most in log.csv): as "
-                            "a state, no state of such a row is scored"),
+                            "a state: no state is scored in these rows"),
                   HasSubstr("\"u\" has no value in 0.25 % of the rows (1 of 400")));
 }
 

@@ -167,7 +167,7 @@ TEST_F(MissingValues, AreMissingSamplesIfAKeyNamesThem) {
                         "value, write missing = [\"ERR\"] at the column"));
 }
 
-TEST_F(MissingValues, AreNotScoredInATruth) {
+TEST_F(MissingValues, AreNotScoredIfTheColumnIsATruth) {
   LogConfig log = config();
   std::swap(log.columns[1].role, log.columns[2].role);
   log.missing = {"-9999"};

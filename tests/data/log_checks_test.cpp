@@ -78,8 +78,8 @@ TEST_F(LogChecks, NoteACopiedColumn) {
   EXPECT_THAT(notes(two_columns(swing, [&](double t) { return swing(t) + noise(engine); })), IsEmpty());
 }
 
-TEST_F(LogChecks, NoteDegreesCalledRad) {
-  const auto degrees = [](double t) { return swing(t) / kDegree; };  // to 74
+TEST_F(LogChecks, NoteDegreesInAColumnOfRad) {
+  const auto degrees = [](double t) { return swing(t) / kDegree; };  // up to 74 degrees
   EXPECT_THAT(
       notes(two_columns(degrees, other), {.unit = "rad"}),
       ElementsAre(AllOf(HasSubstr("is it in degrees although its unit is rad?"), HasSubstr("set unit to deg"))));
@@ -91,7 +91,7 @@ TEST_F(LogChecks, NoteDegreesCalledRad) {
               Contains(AllOf(HasSubstr("and jumps by 360: is it in degrees"), HasSubstr("unit and wrap"))));
 }
 
-TEST_F(LogChecks, NoteRadCalledDegrees) {
+TEST_F(LogChecks, NoteRadInAColumnOfDegrees) {
   const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t), kTurn); };
   EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "deg", .wrap = 360.0}),
               ElementsAre(AllOf(HasSubstr("and jumps by 2 pi: is it in rad although its unit is degrees?"),
@@ -102,7 +102,7 @@ TEST_F(LogChecks, NoteRadCalledDegrees) {
 TEST_F(LogChecks, NoteAWrapThatNeverWraps) {
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "rad", .wrap = kTurn}),
               ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("remove wrap"))));
-  // It does not wrap in this log, but comes so close that another log will.
+  // The angle does not wrap in this log, but it comes so close to the wrap that another log may wrap.
   EXPECT_THAT(notes(two_columns([](double t) { return 2.0 * swing(t); }, other), {.unit = "rad", .wrap = kTurn}),
               IsEmpty());
 }
@@ -224,7 +224,7 @@ TEST_F(LogChecks, NoteALoggedVelocityThatIsADifference) {
 TEST_F(LogChecks, NoteALoggedVelocityInAnotherUnit) {
   EXPECT_THAT(
       notes(two_columns(swing, [](double t) { return swing_rate(t) / kDegree; }), {.unit = "rad"}, {.unit = "rad/s"}),
-      ElementsAre(HasSubstr("57.3 times as large, in degrees: check units")));
+      ElementsAre(HasSubstr("57.3 times as large, so it may be in degrees: check units")));
 }
 
 TEST(LoggedVelocity, LagIsExactToAFractionOfASample) {

@@ -33,7 +33,7 @@ TEST_F(LogDataset, UnwrapsOutputsAndStartsTimeAtZero) {
   EXPECT_GT(run.outputs.maxCoeff(), 0.5 * kTurn);  // control: the angle does wrap in this log
 }
 
-TEST_F(LogDataset, ComputesOutputsFromOthersAndFromInputsAndMissesThemIfAPartIsEmpty) {
+TEST_F(LogDataset, AComputedOutputIsMissingIfAChannelThatItReadsIsEmpty) {
   LogConfig config;
   config.sample_period_s = 0.1;
   ColumnConfig power = column("power", ColumnRole::kOutput);

@@ -38,7 +38,7 @@ TEST(LogSchema, MakesChannelsFromColumnsInTheirOrder) {
   EXPECT_EQ(schema.state_channels[0].name, "omega");
   EXPECT_EQ(schema.state_channels[0].wrap, 0.0);  // a velocity does not wrap
   EXPECT_EQ(schema.states[0].heading, "theta");
-  EXPECT_EQ(schema.states[0].wrap, kTurn);  // but the angle that it comes from does
+  EXPECT_EQ(schema.states[0].wrap, kTurn);  // the angle from which the velocity is derived wraps
   EXPECT_EQ(schema.states[1].heading, "pos");
   EXPECT_EQ(schema.inputs.size(), 1u);
 }

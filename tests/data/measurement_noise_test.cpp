@@ -86,7 +86,7 @@ TEST(MeasurementNoise, IsAddedToTheAngleNotToItsSine) {
   const NoiseConfig noise{NoiseKind::kGaussian, 20.0};
   const Eigen::MatrixXd expected = MeasurementNoise(noise, 3, 0).on(plain);
   const Eigen::MatrixXd measured = MeasurementNoise(noise, 3, 0).on(encoded, {{0, 360.0}});
-  // With equal draws: sine and cosine of the angle that a sensor without encoding shows.
+  // The draws are equal, so these are the sine and cosine of the angle that a sensor without encoding shows.
   EXPECT_LE((measured.row(0).array() - (kDegree * expected.row(0).array()).sin()).abs().maxCoeff(), 1e-13);
   EXPECT_LE((measured.row(1).array() - (kDegree * expected.row(0).array()).cos()).abs().maxCoeff(), 1e-13);
   EXPECT_EQ(measured.row(2), expected.row(1));
@@ -198,7 +198,7 @@ TEST(MeasurementNoise, MissingSamplesAreNanAndHeldAtTheLastValue) {
   for (Eigen::Index k = 1; k < kSamples; ++k) ASSERT_EQ(filled(0, k), missing(k) ? filled(0, k - 1) : y(0, k));
 }
 
-TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherIsMarkedMissing) {
+TEST(MeasurementNoise, AStuckSensorRepeatsItsValueAndADeadSensorReadsZeroAndNeitherIsMarkedMissing) {
   constexpr Eigen::Index kSamples = 40'000;
   const Eigen::MatrixXd clean = ramp(2, kSamples).array() + 1.0;
   const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+stuck:0.1:4,none+dead:0.1:4"), 3, 0).on(clean);
@@ -218,7 +218,7 @@ TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherIsMarkedMissi
   EXPECT_GT(angle.row(1).sum(), 20.0);
 }
 
-TEST(MeasurementNoise, ABiasMayBeCommonAndAReadingClipped) {
+TEST(MeasurementNoise, ABiasCanBeCommonToSensorsAndReadingsCanBeClipped) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 50);
   const auto on = [&](const std::string& noise, std::uint64_t run) {
     return MeasurementNoise(parse_noise(noise), 3, run).on(clean);

@@ -52,7 +52,7 @@ inline std::string pendulum_csv(const PendulumLog& log) {
   const int samples = static_cast<int>(kPendulumDuration_s * kPendulumRate_hz);
   for (int k = 0; k < samples; ++k) {
     const double t = k * period, measured = angle + kPendulumNoise_rad * pendulum_noise(engine);
-    // As in firmware: a low-passed difference, about four samples late.
+    // The logged rate is computed as in firmware: a low-passed difference, about four samples late.
     logged_rate = k == 0 ? 0.0 : 0.8 * logged_rate + 0.2 * (measured - last) / period;
     last = measured;
     if (log.gap_s == 0.0 || t < log.gap_from_s || t >= log.gap_from_s + log.gap_s) {

@@ -87,7 +87,7 @@ TEST_F(RealLogs, NotesAnImpossibleSpeedOfTheCarAndNothingInOrdinaryLogs) {
   const ColumnConfig time = column("time", ColumnRole::kTime, {.unit = "s"});
   const auto measured = [](const char* name) { return column(name, ColumnRole::kOutput); };
   const auto truth = [](const char* name) { return column(name, ColumnRole::kState, {.unit = "m/s"}); };
-  // A speed of 10.3 m/s, together with 2 m/s sideways.
+  // The log has two outliers: v_x of 10.33 m/s in one row and v_y of -2 m/s in the next.
   using ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
   const std::vector<ColumnConfig> car = {time, measured("yaw_rate"), truth("v_x"), truth("v_y")};
   EXPECT_THAT(outliers("car", "rubber_01.csv", car),
@@ -157,7 +157,7 @@ TEST_F(RealLogs, DoublePendulumLoadsWithItsGaps) {
   EXPECT_EQ(gaps, 8 + 17 + 15 + 7);
   EXPECT_FALSE(splits.train.uniform);  // its pauses of 3 to 8 ms keep their time stamps
   EXPECT_EQ(splits.train.trajectories.size(), 3u);
-  // Without delay: more accurate than the logged backward differences, so both agree within the noise of the latter.
+  // The zero-phase velocity has no delay. The logged backward differences are noisier; both agree within their noise.
   const CsvTable table = CsvTable::read(directory("double_pendulum") + "/trajectory_03.csv");
   Eigen::MatrixXd logged(2, table.rows());
   logged << table.column("vel_meas1").transpose(), table.column("vel_meas2").transpose();

@@ -109,7 +109,7 @@ TEST(SensorFault, IsMissingStuckOrDeadFromTheGivenTimeOn) {
   EXPECT_THAT(thrown_message([&] { (void)q("r:dead"); }), HasSubstr("there is no such output; there are q"));
 }
 
-TEST(EvaluateLogs, AFaultySensorIsNotAnnounced) {
+TEST(EvaluateLogs, EstimatorsAreNotToldWhichSensorIsFaulty) {
   const auto flown = [](std::vector<SensorFault> faults) {
     return evaluate_on_logs(differentiator(1.0), swing_logs(), swing_schema(), nullptr, {}, 1, after_2_s(), {},
                             {faults});
@@ -124,7 +124,7 @@ TEST(EvaluateLogs, NotesAStateThatTheOutputsDoNotDetermine) {
   const LogEvaluation result = evaluated();
   ASSERT_EQ(result.notes.size(), 2U);                                     // control: dq is estimated
   EXPECT_THAT(result.notes[0], HasSubstr("dq does not need a network"));  // its map is linear in its features
-  EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
+  EXPECT_THAT(result.notes[1], HasSubstr("hidden is not observed"));
   EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("not clearly below that of a constant"));
 }
 

@@ -115,7 +115,7 @@ TEST(Evaluate, EstimatorReadsNoNoiseFreeValue) {
   EXPECT_EQ(calls, 6);
   EXPECT_EQ(clean, 0);
   evaluate("spy", spy, set, {}, 5, 2);
-  EXPECT_GT(clean, 0);  // control: without noise the estimator finds them
+  EXPECT_GT(clean, 0);  // control: without noise, noise-free samples are detected
 }
 
 TEST(Evaluate, EstimatorReadsTheInputsWithoutNoise) {
@@ -201,7 +201,7 @@ TEST(Evaluate, StatesOfDifferentUnitsHaveANormalisedNorm) {
   set.states[1].unit = "m/s";
   const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, {}, 1, 1);
   EXPECT_TRUE(constant.metrics.normalised);
-  // Rounding; without any knowledge the error is one standard deviation.
+  // The error of a constant is one standard deviation, except for rounding.
   EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);
   EXPECT_NE(evaluation_text(row_of("m", {constant})).find("normalised norm"), std::string::npos);
 }

@@ -99,13 +99,13 @@ TEST(ComparisonNotes, NameUndeterminedStatesAndStatesThatNeedNoNetwork) {
   ASSERT_EQ(notes.size(), 2U);
   EXPECT_THAT(
       notes[0],
-      HasSubstr("lost is not seen: its error in the window all is 0.960 m, not clearly below that of a constant"));
+      HasSubstr("lost is not observed: its error in the window all is 0.960 m, not clearly below that of a constant"));
   EXPECT_THAT(notes[1], HasSubstr("plain does not need a network"));
 }
 
 TEST(StudyRow, GivesTheSameNotesForPlantsAsForLogs) {
   const StudyRow row = row_of("a", {reached("observer", 1.0), reached("constant", 1.0), reached("ridge", 2.0)});
-  EXPECT_THAT(evaluation_text(row), HasSubstr("note: x2 is not seen"));
+  EXPECT_THAT(evaluation_text(row), HasSubstr("note: x2 is not observed"));
   const StudyRow good = row_of("a", {reached("observer", 1.0), reached("constant", 2.0), reached("ridge", 2.0)});
   EXPECT_THAT(evaluation_text(good), Not(HasSubstr("note:")));
 }

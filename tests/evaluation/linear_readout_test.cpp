@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The linear readout; and [inverse_map] error: what training adds to a model, and that it changes nothing else.
+// The linear readout. Also [inverse_map] error, which adds an error head to a model and changes nothing else.
 #include "trainer/judge/evaluation/linear_readout.h"
 
 #include <gtest/gtest.h>

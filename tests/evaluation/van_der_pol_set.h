@@ -17,7 +17,7 @@ inline Eigen::MatrixXd van_der_pol(const Eigen::MatrixXd& x) {
   return dx;
 }
 
-/// Initial states uniform over [-half_width, half_width]^2, RK4 at 0.02 s.
+/// Returns runs from initial states that are uniform over [-half_width, half_width]^2, by RK4 at 0.02 s.
 inline Dataset van_der_pol_set(int trajectories, double horizon_s, unsigned long long seed, double half_width = 1.0) {
   constexpr double kStep = 0.02;
   const auto samples = static_cast<Eigen::Index>(std::lround(horizon_s / kStep)) + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model that arrives as bytes: it is accepted if it is complete, refused for each kind of damage; and what happens to
-// z.
+// A model that arrives as bytes: it is accepted if it is complete, and refused for each kind of damage. Tests also what
+// happens to z.
 #include "examples/field_update/model_blob.h"
 
 #include <gtest/gtest.h>

@@ -50,7 +50,7 @@ class SupervisorTest : public testing::Test {
     return -1;
   }
 
-  static constexpr float kWave = std::numeric_limits<float>::infinity();  ///< as y: the wave
+  static constexpr float kWave = std::numeric_limits<float>::infinity();  ///< stands for a sample of the wave
 
   SupervisorConfig config_{.patience = 3, .probation = 40, .fade = 0.9};
   watched::Observer observer_{watched::kModel};

@@ -106,9 +106,9 @@ TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
 TEST(KnownPlant, AMismatchWithTheLogsIsRefusedByName) {
   expect_rows(both(), {
                           {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
-                           "[plant] has no state \"rate\" as the logs have; name its channels"},
+                           "the logs have the state \"rate\", but [plant] does not; name its channels"},
                           {"output_units = [\"rad\"]", "output_units = [\"deg\"]", "e.toml:27",
-                           "[plant] has no output \"angle\" in rad as the logs have; units and wraps"},
+                           "the logs have the output \"angle\" in rad, but [plant] does not; units and wraps"},
                           {"share = 0.25", "share = 1.0", "e.toml:43", "share is 1; it must be"},
                           {"initial_low = [-1.0, -1.0]", "initial_low = [-1.0]", "e.toml:40", "initial_low"},
                       });

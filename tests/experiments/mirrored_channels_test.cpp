@@ -23,7 +23,7 @@ TEST(Mirror, ChangesAllChannelsOfAPlantExceptThoseDeclaredEven) {
   EXPECT_TRUE(mirrored_channels(parse_experiment(lorenz + "false\n", "e.toml")).empty());
 }
 
-/// A computed output changes its sign if it is odd in what it is computed from.
+/// A computed output changes its sign if its expression is odd in the channels that change their sign.
 TEST(Mirror, ChangesOddColumnsAndOddComputedOutputsOfLogs) {
   const Experiment experiment = parse_experiment(R"toml(name = "e"
 [log]

@@ -120,7 +120,7 @@ TEST(PlantErrors, NameWrongNoisesOfOutputs) {
               });
 }
 
-/// A function, because a constant that depends on another file's constant might be initialised before it.
+/// A function, because a constant that depends on a constant of another file might be initialised before that one.
 std::string excited() {
   return kPlantExperiment + R"([excitation]
 kinds = ["steps", "zero", "multisine"]
@@ -229,7 +229,7 @@ TEST(ExcitationErrors, NameAnInputWithoutEffect) {
                     });
 }
 
-/// A function, because a constant that depends on another file's constant might be initialised before it.
+/// A function, because a constant that depends on a constant of another file might be initialised before that one.
 std::string closed() {
   return kPlantExperiment + R"([feedback]
 law = ["-x1 - mu*x2 + r_u"]

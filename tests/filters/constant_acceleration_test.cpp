@@ -111,7 +111,8 @@ TEST(PlantEquations, EqualTheBuiltInPlants) {
 }
 
 TEST(JointPlant, UsesTheParametersOfEachColumn) {
-  // mu acts linearly, omega by its square: once a difference of plants, once expressions.
+  // The plant is affine in mu, so the joint plant uses a difference of plants. It is quadratic in omega, so the joint
+  // plant uses expressions.
   for (const auto& [model, name] : {std::pair{"van_der_pol", "mu"}, std::pair{"harmonic_oscillator", "omega"}}) {
     const LanePlant joint = joint_plant(builtin(model), {name}, MatrixXd::Random(2, 5));
     ASSERT_EQ(joint.nx, 3) << model;

@@ -10,7 +10,7 @@
 
 namespace nlo::trainer::test {
 
-/// dx/dt = -rate x, y = x.
+/// Returns the plant dx/dt = -rate x, y = x.
 inline LanePlant decay(double rate) {
   LanePlant plant;
   plant.nx = plant.ny = 1;
@@ -36,7 +36,7 @@ inline LaneRuns runs_of(const Eigen::MatrixXd& outputs, double h) {
   return one_run(outputs, {}, Eigen::VectorXd::LinSpaced(outputs.cols(), 0.0, last_s), false);
 }
 
-/// n_x x N of one lane.
+/// Returns the estimates of one lane, n_x x N.
 inline Eigen::MatrixXd estimates_of(LaneFilter& filter, const LaneRuns& runs) {
   return filtered(filter, runs).x_hat;
 }

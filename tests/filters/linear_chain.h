@@ -35,7 +35,7 @@ struct Chain {
   Eigen::MatrixXd a, c;
 };
 
-/// P0 is full, the process noise is per second, and the two outputs have different noise.
+/// Returns knowledge with a full P0, process noise per second, and different noise of the two outputs.
 inline FilterKnowledge chain_knowledge(Eigen::Index n) {
   const Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n) + 0.3 * normals(n, n, 5);
   return {Eigen::VectorXd::Constant(n, 0.2),
@@ -70,7 +70,7 @@ inline Eigen::MatrixXd kalman_recursion(const Chain& chain, const FilterKnowledg
       const Eigen::MatrixXd ah = h * chain.a, phi = one + ah * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0)));
       const Eigen::VectorXd from = Eigen::VectorXd::Constant(n, run.u(0, held ? k : k - 1)),
                             to = Eigen::VectorXd::Constant(n, run.u(0, k));
-      // RK4 of x' = A x + u with u a ramp: the integral of exp(A (h - s)) (from + (to - from) s / h) up to h^4.
+      // RK4 of x' = A x + u for a ramp u: the integral of exp(A (h - s)) (from + (to - from) s / h) up to h^4.
       x = phi * x + h * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0))) * from +
           h * (one / 2.0 + ah / 6.0 * (one + ah / 4.0)) * (to - from);
       p = phi * p * phi.transpose();

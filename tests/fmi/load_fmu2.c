@@ -124,7 +124,7 @@ static void refuses_wrong_calls(void) {
   EXPECT(is_refused(F(fmi2SetupExperiment)(c, 0, 0, 1, 1, 0), "fmi2SetupExperiment: "));
   EXPECT(F(fmi2SetupExperiment)(c, 0, 0, 0, 1, 10) == fmi2OK && F(fmi2EnterInitializationMode)(c) == fmi2OK);
 
-  // One element of the latent state, before the first reading.
+  // Sets one element of the latent state before the first reading.
   const fmi2ValueReference measured = reference_of("measured."), estimate = reference_of("estimate."),
                            element = reference_of("initial_z[1]"), array = reference_of("initial_z[1]") + kNz;
   NAMED(observer) observer;

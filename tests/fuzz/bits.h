@@ -45,7 +45,7 @@ class Bits {
   const std::uint8_t *at_ = nullptr, *end_ = nullptr;
 };
 
-/// A number for a sensor with the range [low, high]: mostly within it, sometimes beyond, sometimes arbitrary bits.
+/// Returns a number for a sensor with the range [low, high]: mostly within, sometimes beyond, sometimes any bits.
 template <class Scalar>
 Scalar reading(Bits& bits, Scalar low, Scalar high) {
   using Limits = std::numeric_limits<Scalar>;

@@ -52,7 +52,7 @@ class CppCraft {
         return observer_.step_missed();
     });
   }
-  /// A plain step if there is no steady state to start from.
+  /// Takes a plain step if there is no steady state to start from.
   int warm_start(const Scalar* y, const Scalar* u) {
     if constexpr (!Observer::Model::kHasSteadyState)
       return step(y, u);

@@ -36,13 +36,13 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
   // of turns has digits. The averages of a monitor forget a flip within its patience.
   constexpr int kHealing = 4;
   int healing = 0;     // steps with unchanged measurements until the observer has recovered from a flip
-  long forgotten = 0;  // sample by which the monitor has recovered from it
+  long forgotten = 0;  // sample by which the monitor has recovered from a flip
   const auto check = [&](bool holds, const char* what) {
     if (!holds) crash(name, what);
   };
   const auto check_step = [&](int status) {
     check(status >= 0 && status <= kReset, "a status is one there is");
-    const int said = craft.status();  // also kReset, if a step was rejected and a bit had flipped
+    const int said = craft.status();  // may also be kReset, if a step was rejected after a bit had flipped
     check(said == status || said == kReset, "the observer says what its step said");
     check(said == kReset || craft.latent_is_finite(), "z is finite");
     check(said > kHeld || craft.estimate_is_finite(), "an estimate with a good status is finite");

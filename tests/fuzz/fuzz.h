@@ -40,7 +40,7 @@ inline void require(bool holds, const char* what) {
   std::abort();
 }
 
-/// The text before the line `mark` and the text after it; everything and nothing if there is no such line.
+/// The text before the line `mark` and the text after it. Without such a line, all text is before it.
 struct Parts {
   std::string_view before, after;
 };

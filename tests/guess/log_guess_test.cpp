@@ -52,7 +52,7 @@ std::string row(std::initializer_list<double> cells) {
   return text;
 }
 
-/// A number with a decimal comma.
+/// Returns a number with a decimal comma.
 std::string fmt_comma(double value) {
   std::string text = shortest_text(value);
   if (const auto point = text.find('.'); point != std::string::npos) text[point] = ',';
@@ -229,7 +229,7 @@ TEST_F(LogGuess, DetectsAnglesThatJumpByATurn) {
   EXPECT_EQ(column(log, "heading_sensor").wrap, 360.0);
   EXPECT_EQ(column(log, "heading_sensor").unit, "deg");
   EXPECT_EQ(column(log, "swing_sensor").wrap, 0.0) << "its range is as wide, but it never jumps";
-  // No truth in the log: the rates of the angles can be computed from the log.
+  // The log has no truth, so the rates of the angles are computed from the log.
   EXPECT_EQ(column(log, "arm_sensor_rate").derivative_of, "arm_sensor");
   EXPECT_EQ(column(log, "arm_sensor_rate").unit, "rad/s");
 }

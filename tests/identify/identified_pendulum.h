@@ -58,8 +58,8 @@ inline Identification pendulum_identification(const std::vector<std::string>& ov
   return parse_identification(kPendulumIdentification, "pendulum.toml", overrides);
 }
 
-/// Logs of 4 s with steps of 10 to 30 ms and wrapped angles. Only the angle has noise; u is a square wave of amplitude
-/// 4.
+/// Returns logs of 4 s with steps of 10 to 30 ms and wrapped angles. Only the angle has noise; u is a square wave of
+/// amplitude 4.
 inline Dataset pendulum_logs(unsigned seed, int logs = 2) {
   Dataset set{{{"angle", "rad", 2.0 * 3.141592653589793}}, {{"rate", "rad/s", 0.0}}, 0.02, false, {}};
   set.inputs = {{"u", "", 0.0}};
@@ -81,7 +81,7 @@ inline Dataset pendulum_logs(unsigned seed, int logs = 2) {
       run.time_s[k] = k == 0 ? 0.0 : run.time_s[k - 1] + h;
       run.inputs(0, k) = k / 20 % 2 == 0 ? 4.0 : -4.0;
       const double from = run.inputs(0, std::max<Eigen::Index>(0, k - 1)), to = run.inputs(0, k);
-      constexpr int kFiner = 10;  // finer steps than those of the identification
+      constexpr int kFiner = 10;  // factor by which these steps are finer than those of the identification
       for (int i = 0; i < kFiner; ++i)
         x = codegen::rk4_step(x, h / kFiner, [&](double c, const Eigen::Vector2d& at) {
           const double u = from + (to - from) * (i + c) / kFiner;

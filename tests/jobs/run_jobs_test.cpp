@@ -166,7 +166,7 @@ std::string logged_run() {
   return text;
 }
 
-TEST(JobsProgress, LogHasALineForEachTenthAndHundredPercentOnce) {
+TEST(JobsProgress, LogHasOneLineForEachTenthAndForTheEnd) {
   const std::string text = logged_run();
   EXPECT_THAT(text, StartsWith("0 %"));
   EXPECT_THAT(text, HasSubstr("\n100 %, 1/1 models, took 0 s\n"));

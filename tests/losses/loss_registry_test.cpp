@@ -45,7 +45,7 @@ TEST_P(EachLoss, IsRefusedWhereTheObserverHasNoEigenvalues) {
   }
 }
 
-TEST_P(EachLoss, TrainsEveryParameterAloneUnlessItIsARegulariser) {
+TEST_P(EachLoss, AloneTrainsEveryParameterUnlessItIsARegulariser) {
   const std::string text = experiment_with(GetParam().name, "eigenvalues = [-1.0]");
   const auto parse = [&] { parse_experiment(text, "small.toml", {"loss.state_error=0.0"}); };
   if (GetParam().name == "state_error") return;  // this loss is turned off below

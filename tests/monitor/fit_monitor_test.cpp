@@ -75,7 +75,7 @@ AlarmCount alarms(const codegen::Model& model, const SensedRuns& runs) {
 TEST(FitMonitor, GivesAValidMonitorWithTheInnovationsOfItsRuns) {
   const codegen::Model model = watched_waves(1.0);
   codegen::validate(model);
-  // A wave is a linear function of its past and of z, so the innovation is the noise and its part in the filter.
+  // A wave is a linear function of its past and of z, so the innovation contains only noise: 0.1, and a little by z.
   EXPECT_GT(model.monitor->deviation(0), 0.1);
   EXPECT_LT(model.monitor->deviation(0), 0.12);
   EXPECT_GT(model.monitor->gate, 3.0);
@@ -135,7 +135,7 @@ TEST(FitMonitor, AWorkingSlowSensorKeepsTheStatedRateOfAlarms) {
   EXPECT_LT(model.monitor->deviation(0), 0.2);
 }
 
-TEST(FitMonitor, ASlowSensorThatDiesFreezesShiftsOrGrowsNoisyRaisesAnAlarm) {
+TEST(FitMonitor, EachDefectOfASlowSensorRaisesAnAlarm) {
   const codegen::Model model = watched_slow_waves();
   constexpr Eigen::Index kFault = 750;
   const auto first_alarm = [&](const auto& change) {

@@ -82,7 +82,7 @@ double ramp_error(double period_s) {
 
 constexpr double kLong = 25.0;  // exp(-25) = 1e-11: the filter has forgotten its initial state
 
-TEST(Transient, LastsKOverTheSlowestEigenvalue) {
+TEST(Transient, LastsKTimeConstantsOfTheSlowestEigenvalue) {
   ObserverConfig observer;
   observer.eigenvalues = {-2.0, -0.5};
   observer.pairs = {{-4.0, 9.0}};

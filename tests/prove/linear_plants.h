@@ -61,7 +61,7 @@ inline LinearPlant damped_third_order() {
   return {"damped", channels({"x1", "x2", "x3"}), channels({"y1", "y2"}), a, c};
 }
 
-/// The observer with the eigenvalues k D and the pseudo-inverse of T as T*; no measurement is clamped.
+/// Returns the observer with the eigenvalues k D and the pseudo-inverse of T as T*. No measurement is clamped.
 inline codegen::Model exact_observer(const LinearPlant& plant, codegen::Model model, double k = 1.0) {
   constexpr double kFar = 1e12;
   const Eigen::Index nz = model.nz(), ny = model.ny(), nx = model.nx();

@@ -184,7 +184,7 @@ TEST(JacobianEnclosure, BoundsTheExactValue) {
 }
 
 TEST(JacobianEnclosure, IsSharpToSecondOrderForSmoothActivations) {
-  // Compared with the largest norm at many points of a box: the excess falls with the square of the box size.
+  // The bound exceeds the largest norm at many points of a box by an amount that falls with the square of the box size.
   const Eigen::Index n = kNz + kNy;
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
   for (unsigned seed = 1; seed <= 6; ++seed) {

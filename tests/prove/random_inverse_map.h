@@ -19,7 +19,7 @@ inline Eigen::MatrixXd random(std::mt19937& engine, Eigen::Index rows, Eigen::In
   return Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return normal(engine); });
 }
 
-/// A model with an inverse map and channels, which is all that the tested functions read.
+/// Returns a model with an inverse map and channels, which is all that the tested functions read.
 inline codegen::Model model_with(codegen::Network network) {
   codegen::Model model;
   for (int i = 0; i < kNx; ++i) model.states.push_back({"x", "", 0.0});

@@ -78,7 +78,7 @@ TEST(ReachableLatent, SomeReadingsReachItsLimits) {
   }
 }
 
-TEST(ReachableLatent, ControlReadingsLeaveHalfOfIt) {
+TEST(ReachableLatent, ControlTheReadingsLeaveItsInnerHalf) {
   int left = 0;
   for (const Model& model : linear_models()) {
     LatentHull half = reachable_latent(model);

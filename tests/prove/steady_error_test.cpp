@@ -77,7 +77,7 @@ TEST(ForwardSpline, EqualsTheSylvesterSolutionForALinearPlant) {
   const MapRanges ranges = spline.over(at);
   EXPECT_LT((ranges.at_centre.middle() - t * at.centre).norm(), 1e-9);
   EXPECT_LT((ranges.slopes_at_centre.middle() - t).norm(), 1e-8);
-  EXPECT_LT(spline.residual(at).norm(), 1e-7);  // least squares to about 1e-9, and slopes of that
+  EXPECT_LT(spline.residual(at).norm(), 1e-7);  // a fit to about 1e-9, whose slopes are less accurate
   EXPECT_LT(ranges.bent.norm(), 1e-9);
 }
 

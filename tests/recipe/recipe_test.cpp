@@ -102,7 +102,7 @@ TEST(Recipe, KeepsTheKeysOfTheFile) {
     EXPECT_THAT(recipe.experiment.source_text, HasSubstr(std::string("\n") + line + "\n")) << line;
 }
 
-/// min |Re lambda| of what was derived [1/s].
+/// Returns min |Re lambda| of the derived experiment [1/s].
 double slowest(const Recipe& recipe) {
   const ObserverConfig& observer = recipe.experiment.observer;
   return ModeBank{.pairs = observer.pairs, .real = observer.eigenvalues}.slowest();

@@ -20,7 +20,7 @@ for example in $examples; do
 done
 for target in cpp single; do
   "$nlo" export rig.json --target $target --check -o $target.h >$target.log || fail $target
-  grep -q 'as the model over 400 samples' $target.log || fail "$target: $(cat $target.log)"
+  grep -q 'agrees with the model over 400 samples' $target.log || fail "$target: $(cat $target.log)"
 done
 
 # broken WHAT SED WORDS: uses a compiler that sees a program which differs from the generated one.

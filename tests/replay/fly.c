@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A firmware that flies the inputs of its golden replay and logs the columns of trainer/app/replay/README.md. Included
-// behind
+// A firmware that flies the inputs of its golden replay and logs the columns of trainer/app/replay/README.md. Include it
+// after
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
 //   #define NLO_HEADING "alpha,load,dt,x1_hat,x2_hat,status,in_domain"
 //   #define NLO_FORMAT "%.9g"
-//   #define NLO_AND_U(sample) , (sample)->u  // with inputs; else empty
-//   #define NLO_INPUTS 1                     // how many
+//   #define NLO_AND_U(sample) , (sample)->u  // empty without inputs
+//   #define NLO_INPUTS 1                     // number of inputs
 #include <stdio.h>
 
 #define NLO_JOIN_(a, b) a##b

@@ -49,7 +49,7 @@ TEST(ComparePage, NamesEstimatorsInWords) {
     EXPECT_THAT(page, HasSubstr(words));
   for (const char* identifier : {"ekf_tuned", "joint_ekf", "high_gain", "parameters_high", ">ekf<", ">mhe<"})
     EXPECT_THAT(page, Not(HasSubstr(identifier)));
-  EXPECT_THAT(page, HasSubstr("The observer errs less in 2 of 2 conditions than the EKF as shipped"));
+  EXPECT_THAT(page, HasSubstr("The observer has a smaller error in 2 of 2 conditions than the EKF as shipped"));
   EXPECT_THAT(page, HasSubstr("<td>1.00 *</td>"));
   EXPECT_EQ(nameless(page), 0);
   expect_balanced(page);

@@ -36,8 +36,7 @@ inline void expect_balanced(const std::string& html) {
   EXPECT_TRUE(open.empty()) << "<" << open.back() << "> is never closed";
 }
 
-/// Returns the number of pictures without role and label, of table headings without a scope, and of gnuplot's own
-/// titles.
+/// Returns the number of pictures without role or label, table headings without a scope, and titles that gnuplot wrote.
 inline long nameless(const std::string& page) {
   long count = occurrences(page, "gnuplot_plot");
   static const std::regex kPicture(

@@ -38,7 +38,7 @@ TEST(Report, HoldsEverySectionOnce) {
 
 TEST(Report, HasAPlotForEachPartOfTheRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
-  // Error over time, the runs, the start of the first run, latency, training, eigenvalues over steps, map of
+  // The six other plots are: error over time, start of the first run, latency, training, eigenvalues over steps, map of
   // eigenvalues.
   const auto runs = static_cast<long>(test::sample_report(kFewTrajectories).rows[1].observer().first().examples.size());
   EXPECT_EQ(occurrences(sample_page(), "<svg"), runs + 6);
@@ -133,7 +133,7 @@ TEST(Report, DrawsEveryTestLogOrEightOfThem) {
   }
 }
 
-TEST(Report, SaysWhichLogsTheseAre) {
+TEST(Report, SaysWhichLogsItShows) {
   ReportData data;
   data.logs = test::sample_logs(2);
   EXPECT_THAT(render_report(data, "false"), HasSubstr("On 2 logs that were not used for training"));
@@ -238,7 +238,7 @@ TEST(ReportOf, ReadsTheFilesOfTheRunDirectory) {
   EXPECT_FALSE(data.control_loop.has_value());
 }
 
-TEST(SampleReport, WriteForViewing) {
+TEST(SampleReport, IsWrittenForViewing) {
   const char* path = std::getenv("NLO_SAMPLE_REPORT");
   if (path == nullptr) GTEST_SKIP() << "set NLO_SAMPLE_REPORT=FILE.html to write the page";
   write_report(test::sample_report(), path);

@@ -15,7 +15,7 @@
 
 namespace nlo::trainer::test {
 
-/// Truth plus a decaying and a lasting error: behaves like an observer without training one.
+/// Returns the truth plus a decaying and a lasting error, like an observer, but without training one.
 inline EstimatorFactory pretended_observer(double lasting) {
   return [lasting]() -> Estimator {
     return [lasting](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd& time_s) {

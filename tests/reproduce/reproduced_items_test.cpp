@@ -82,7 +82,7 @@ TEST(Registry, SelectsItemsByNameByExampleOrAll) {
   for (const Item* item : select_items("example3")) EXPECT_EQ(item->example, "example3");
 }
 
-TEST(Registry, AnUnknownItemNamesTheNearest) {
+TEST(Registry, TheErrorForAnUnknownItemNamesTheNearest) {
   EXPECT_THAT(refusal("tabel1"), HasSubstr("did you mean \"table1\"?"));
   EXPECT_THAT(refusal("figure-vanderpol-compar"), HasSubstr("did you mean \"figure-vanderpol-compare\"?"));
   EXPECT_THAT(refusal("qqqq"), AllOf(HasSubstr("there are: all"), HasSubstr("table2")));

@@ -208,7 +208,7 @@ TEST_F(Reproduction, AnInterruptedRunKeepsFinishedTrainingsAndReachesTheSameByte
   EXPECT_EQ(codegen::read_file(model_file(request, 2)), codegen::read_file(model_file(uninterrupted, 2)));
 }
 
-TEST_F(Reproduction, ThePageIsSelfContainedAndSaysThatItIsQuick) {
+TEST_F(Reproduction, ThePageIsSelfContainedAndSaysThatTheRunWasQuick) {
   const Request request = tiny();
   run(request);
   const std::string page = codegen::read_file(request.directory + "/reproduction.html");

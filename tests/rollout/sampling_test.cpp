@@ -65,7 +65,7 @@ TEST(Segments, AreMirroredWithProbabilityOneHalfOnlyIfTheKeyIsSet) {
   for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
 }
 
-TEST(Segments, RefuseBothKeysIfTheyAreNotRandom) {
+TEST(Segments, RefuseKeysOfRandomSegmentsIfTheyAreNotRandom) {
   for (const std::string key : {"first_segment_s = 1.0", "first_share = 0.5"}) try {
       with(key + "\n");
       ADD_FAILURE() << key;

@@ -160,7 +160,7 @@ TEST(SensorTiming, StuckAndDeadSamplesHaveTheirShareAndBurstLengthAndCountAsMeas
   }
 }
 
-TEST(SensorTiming, ABiasMayBeCommonAndAReadingClipped) {
+TEST(SensorTiming, ABiasCanBeCommonToSensorsAndReadingsCanBeClipped) {
   const std::string noise = "none+common_bias:0.5";
   const Eigen::MatrixXd a = reading(signals(still), 0, {.noise = noise}),
                         b = reading(signals(still), 1, {.noise = noise});

@@ -65,8 +65,8 @@ float off_observers(Batch&& batch, const Observer& fresh, Reading reading) {
   return worst_off;
 }
 
-/// Measurements of each kind: good, missing, outside of the range +-1, infinite, late first ones. Sometimes all plants
-/// have good measurements, which uses the fast path.
+/// Measurements of each kind: good, missing, outside of the range +-1, infinite; some plants start late. Sometimes all
+/// plants have good measurements, which uses the fast path.
 class AnyMeasurement {
  public:
   float operator()(int sample, int plant, int /*channel*/) {

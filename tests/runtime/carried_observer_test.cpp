@@ -154,7 +154,7 @@ void expect_equivariance(double tolerance) {
 }
 
 TEST(CarriedObserver, TheEstimateTurnsWithTheAxesOfTheSensor) {
-  // Rounding of the turned readings, filtered. Normalising a short vector amplifies it.
+  // The filter adds up the rounding of the turned readings. Normalising a short vector amplifies it.
   constexpr double kFloat = 1e-4, kDouble = 1e-12;
   expect_equivariance<float, Arithmetic::kFast, true, true>(kFloat);
   expect_equivariance<double, Arithmetic::kFast, true, true>(kDouble);

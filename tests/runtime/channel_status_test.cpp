@@ -228,7 +228,7 @@ TEST(ChannelStatus, AStartAndAWarmStartHoldMissingChannels) {
   });
 }
 
-TEST(ChannelStatus, IsRestoredAndAGoodSampleResetsItAfterAnyCorruption) {
+TEST(ChannelStatus, IsRestoredWithTheStateAndResetByAGoodSample) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);

@@ -36,7 +36,7 @@ StepStatus plainly_validated(Scalar y, Scalar min, Scalar max, Scalar wrap, Scal
   return y < min || y > max ? StepStatus::kClamped : StepStatus::kOk;
 }
 
-/// Often a special value: NaN, infinite, subnormal, at the edge or far out.
+/// Returns a measurement, often a special one: NaN, infinite, subnormal, at the edge or far out.
 template <class Scalar>
 Scalar any_measurement(std::mt19937& random) {
   using Limits = std::numeric_limits<Scalar>;

@@ -68,7 +68,7 @@ TEST(Gate, LogarithmOfOnePlusAgreesWithTheLibrary) {
   }
 }
 
-/// No weights: each rate and target is that of its bias.
+/// All weights are zero, so each rate and target is that of its bias.
 template <class Scalar>
 auto constant_model() {
   auto model = gated_model<Scalar>(0.0);

@@ -111,8 +111,9 @@ void check_shape() {
   check_layer<Weight, Activation::kRelu, kArithmetic, true, kIn, kOut>(relu, 0.0);
 }
 
-// Inputs: none, one or several blocks of them, with and without a remainder. Outputs: each part of the layout alone and
-// with others, one and several tiles, of one size and of two. Other types of weights: the code that depends on them.
+// The shapes cover these cases. Inputs: less than a block, one block or several, with and without a remainder. Outputs:
+// each part of the layout alone and with others, one and several tiles, of one size and of two. Weights other than
+// float only repeat the shapes for which they have their own code.
 TYPED_TEST(Kernels, AgreeWithAPlainLoopAndStayInBounds) {
   constexpr auto kFast = Arithmetic::kFast;
   check_shape<TypeParam, kFast, 3, 50>();

@@ -24,7 +24,7 @@ using Model = testing::PairModel<float>;
 using Observer = KklObserver<Model>;
 using DoubleObserver = KklObserver<testing::PairModel<double>>;
 
-// Coefficients of one step, rounded once, compared with those from other (exactly equal) arguments: a few eps of |z| ~
+// Two ways to compute the coefficients of one step, with equal arguments, differ by a few rounding units of |z|, about
 // 5.
 constexpr double kRounding = 20 * std::numeric_limits<double>::epsilon() * 5;
 
@@ -67,7 +67,7 @@ TEST(KklObserver, TheFirstMeasurementOnlyStartsIt) {
   EXPECT_EQ(observer.save().started, 1);
 }
 
-TEST(KklObserver, StartsInTheSteadyStateOfTheFirstMeasurementIfTheModelDoes) {
+TEST(KklObserver, StartsInTheSteadyStateOfTheFirstMeasurementIfTheModelDeclaresIt) {
   Observer observer(kSteadyModel);
   EXPECT_EQ(observer.step(3.0F), StepStatus::kOk);
   for (int r = 0; r < 3; ++r) {

@@ -147,7 +147,7 @@ TEST(Monitor, StaysFiniteForAnyInput) {
     ASSERT_NE(monitor.alarm(), Alarm::kReset) << "no measurement leads to an unreachable state";
     ASSERT_TRUE(k % 100 != 0 || monitor.restore(monitor.save())) << k;
   }
-  // It recovers: earlier measurements are forgotten.
+  // The monitor recovers, because it forgets earlier measurements.
   observer.y = observer.z = 0.0;
   Alarm last = Alarm::kMissing;
   for (int k = 0; k < 2000; ++k) last = seen(monitor, observer, 0.0);

@@ -263,7 +263,7 @@ TEST(Monitor, ReplacedMeasurementsCountAsMissing) {
   EXPECT_EQ(last, Alarm::kMissing);
 }
 
-TEST(Monitor, ReplacesNothingUntilArmedNorAfterAGap) {
+TEST(Monitor, ReplacesNothingBeforeItIsArmedOrAfterAGap) {
   // A prediction is for one sample period, and at first z has a transient.
   Model m = quiet_model();
   m.replaces[0] = 1;

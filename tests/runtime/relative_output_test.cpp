@@ -164,7 +164,7 @@ TEST(RelativeOutput, TheWrapChangesNoBitWithinTheDeclaredRange) {
   }
 }
 
-TEST(RelativeOutput, AnyNumberOfWrapsMoreGivesTheSameBits) {
+TEST(RelativeOutput, AddingAnyNumberOfWrapsChangesNoBit) {
   const auto model = encoder_model<float>();
   KklObserver near(model), far(model);
   std::mt19937 random(4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model that saturates: within its reach the estimate equals that of T* bit for bit; beyond, it is that of the edge;
-// the transition is continuous; batches agree.
+// A model that saturates z: within its reach the estimate equals that of T* bit for bit; beyond, that of the edge; the
+// transition is continuous; batches agree.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 

@@ -100,7 +100,7 @@ TEST(EveryStructure, AMissedSampleEqualsTheLastOneRepeated) {
     using Model = typename std::remove_reference_t<decltype(observer)>::Model;
     constexpr bool kRepeats = !requires {
       Model::kReadsArrivals;
-    };  // other structures step over it
+    };  // these predict over the missing output
     ASSERT_EQ(testing::same_latent(observer.save(), other.save()), kRepeats);
   });
 }
@@ -240,7 +240,7 @@ TEST(EveryStructure, StartsFromAGivenLatentState) {
   });
 }
 
-TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndReportsIt) {
+TEST(GeneralObserver, KeepsItsLastLatentStateAndReportsItIfItDiverges) {
   auto model = general_model<float>();
   model.dynamics.linear_path.weights[0][0] = 60.0F;  // grows by exp(1.2) per sample
   GeneralObserver observer(model);

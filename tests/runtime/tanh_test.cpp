@@ -187,7 +187,7 @@ void over_doubles(Check check) {
 
 template <class T, Arithmetic kArithmetic>
 void expect_good_in_double() {
-  // P, Q and the quotient round, and s before them: measured 7 units in the last place, of which tanh has 2^53 below 1.
+  // P, Q, their quotient and s are rounded. Measured: 7 units of 2^-53, relative to tanh.
   constexpr double kRelative = 9 * 0x1p-53;
   double worst = 0.0, worst_relative = 0.0, largest = 0.0;
   int not_odd = 0;

@@ -28,13 +28,13 @@ bool same_latent(const State& a, const State& b) {
   return std::memcmp(a.z, b.z, sizeof(a.z)) == 0 && std::memcmp(a.y, b.y, sizeof(a.y)) == 0;
 }
 
-/// A uniform draw that does not depend on distributions of the standard library.
+/// Returns a uniform draw that does not depend on distributions of the standard library.
 template <class Scalar>
 Scalar uniform(std::mt19937& random, double low, double high) {
   return static_cast<Scalar>(low + (high - low) * (static_cast<double>(random()) / 4294967296.0));
 }
 
-/// Any float or double, including NaNs, infinities and subnormals.
+/// Returns any float or double, including NaNs, infinities and subnormals.
 template <class Scalar>
 Scalar any_bits(std::mt19937& random) {
   if constexpr (sizeof(Scalar) == 4) {

@@ -9,7 +9,7 @@
 namespace nlo::monitor_tests {
 
 inline constexpr double kNone = 1e9;   // a limit that nothing exceeds
-inline constexpr int kArmedAfter = 4;  // samples, of quiet_model()
+inline constexpr int kArmedAfter = 4;  // samples after which the monitor of quiet_model() is armed
 
 /// An observer that only holds unusable readings.
 struct Fake {
@@ -40,7 +40,7 @@ struct Fake {
 
 using Model = MonitorModel<double, 1, 1, 1, 1, 2>;
 
-/// Deviation 2; the prediction is that y returns to 0: e = y / 2. Windows of 10 and 50 samples.
+/// A monitor's model: deviation 2; the prediction is that y returns to 0: e = y / 2. Windows of 10 and 50 samples.
 inline Model quiet_model() {
   Model m{};
   m.prediction[0][1] = -0.5;

@@ -192,7 +192,7 @@ TEST(CarriedLatent, GradientAgreesWithDifferences) {
   group.cotangent = cotangent;
   latent.backward(group, 0);
   constexpr float kStep = 0.02F;
-  constexpr double kTolerance = 0.02;  // float32 sums over 80 ms of readings, differences of second order
+  constexpr double kTolerance = 0.02;  // sums over 80 ms in float; differences are of second order
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     std::vector<float> up = parameters, down = parameters;
     up[i] += kStep;

@@ -67,11 +67,11 @@ TEST(DefectiveSensors, DeclaredJitterIsSmoothed) {
   expect_gain("none+jitter:0.5", "none", 0.97);  // little can be gained: D is fixed here; measured: .95
 }
 
-TEST(DefectiveSensors, DeclaredLossesIncreaseTheErrorLess) {
+TEST(DefectiveSensors, LostSamplesIncreaseTheErrorLessIfTheyAreDeclared) {
   expect_gain("none+missing:0.3:3", "none", 0.9);
 }
 
-TEST(DefectiveSensors, DeclaredNoiseOfAnInputIncreasesTheErrorLess) {
+TEST(DefectiveSensors, NoiseOfAnInputIncreasesTheErrorLessIfItIsDeclared) {
   expect_gain("none", "gaussian:4", 0.9);
 }
 

@@ -36,7 +36,7 @@ double settled_error(const codegen::Model& model, const Dataset& data) {
   return testing::settled_rmse(model, data, 200);
 }
 
-TEST(ExcitedTraining, AnObserverThatWasExcitedUsesItsInputs) {
+TEST(ExcitedTraining, AnObserverTrainedWithExcitationUsesItsInputs) {
   const std::vector<std::string> by_settled = {"inverse_map.readout=\"settled\""};
   const TrainingSets sets = simulate_training_sets(integrator(true));
   ASSERT_TRUE(sets.training.reads_inputs);

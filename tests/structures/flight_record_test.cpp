@@ -37,7 +37,7 @@ Index start_in(const VectorXd& run, const Trajectory& trajectory, double toleran
   return -1;
 }
 
-TEST(FlightRecord, HasPiecesOfAllDataHalfOfThemFromTheFirstSample) {
+TEST(FlightRecord, HasPiecesOfAllRunsAndHalfOfThemBeginAtTheFirstSample) {
   const Dataset data = test::van_der_pol_set(60, 14.0, 1, 2.0);  // 701 samples per run
   const codegen::Model model = trained_on(data);
   EXPECT_GE(model.flight.samples(), 12000);

@@ -302,7 +302,7 @@ TEST(Prior, StepsTheEquationsInTrainingOnLogs) {
     return thrown_message([&] { parse_experiment(text, "prior.toml"); });
   };
   EXPECT_NE(refused(kLogged, "output_names = [\"y\"]", "output_names = [\"x\"]").find("[plant]"), std::string::npos);
-  EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("has no input \"w\""), std::string::npos)
+  EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("the input \"w\""), std::string::npos)
       << "simulated runs need every input";
   EXPECT_NE(refused(kLogged, "states = [\"v\"]", "states = [\"v\"]\nestimated = [\"v\"]")
                 .find("[plant] estimated leaves out"),
@@ -310,7 +310,7 @@ TEST(Prior, StepsTheEquationsInTrainingOnLogs) {
 }
 
 // Fails if training keeps the model with the smallest total error although one state has become worse.
-TEST(Prior, NeverKeepsAModelWithAStateWorseThanThatOfItsInitialFilter) {
+TEST(Prior, NeverKeepsAModelThatEstimatesAStateWorseThanItsInitialFilter) {
   const Dataset data = harmonics({60, 90, 75}, false);
   const auto state_errors = [&](int steps) {
     Experiment experiment = prior_experiment("");
@@ -454,7 +454,7 @@ TEST(Prior, StepsStatesThatItDoesNotEstimate) {
   EXPECT_EQ(prior.equations.derivative,
             (std::vector<std::string>{"0", "-4 * position - 0.2 * velocity + load", "velocity"}));
   ASSERT_EQ(model.nz(), whole.nz()) << "three units, three states and the triangle of their covariance";
-  // Both are the tuned filter, tuned for two states and for three.
+  // Both models are the tuned filter, one for two states and one for three.
   for (const char* state : {"velocity", "load"})
     EXPECT_LT(error_under_noise(model, sets.validation, state), 1.03 * error_under_noise(whole, full.validation, state))
         << state;

@@ -10,7 +10,7 @@
 
 namespace nlo::trainer::testing {
 
-/// A dataset whose mirror images are runs too: all channels except those in `even` change their sign.
+/// Returns a dataset that also has the mirror image of each run: all channels except those in `even` change their sign.
 inline Dataset mirrored(Dataset dataset, const std::vector<std::string>& even = {}) {
   std::vector<std::string> odd;
   for (const auto& channels : {dataset.readings(), dataset.states})

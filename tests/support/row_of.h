@@ -8,7 +8,7 @@
 
 namespace nlo::trainer {
 
-/// Row of a report for one model, with its evaluations on one test set.
+/// Returns a row of a report for one model, with its evaluations on one test set.
 inline StudyRow row_of(const std::string& model, const std::vector<Evaluation>& evaluations) {
   StudyRow row{{model}, {}};
   for (const Evaluation& evaluation : evaluations) row.cells.push_back({{{evaluation}}});

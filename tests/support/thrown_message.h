@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The message of a refusal.
+// Returns the error message of an action that must throw.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace nlo {
 
-/// The message of the codegen::Error that `action` throws; "no error" when it throws none.
+/// Returns the message of the codegen::Error that `action` throws, or "no error" if it throws none.
 template <class Action>
 std::string thrown_message(const Action& action) {
   try {

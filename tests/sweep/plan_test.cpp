@@ -84,7 +84,7 @@ TEST(SweepPlan, ErrorsNameTheLineOfEachValue) {
   EXPECT_EQ(plan.points[1].front().place, "plan.toml:5");
 }
 
-TEST(SweepPlan, ReadsItsTest) {
+TEST(SweepPlan, ReadsTheSettingsOfItsTest) {
   const SweepPlan plan = parse("data = \"logs\"\n[test]\nnoise = \"gaussian:0.5\"\nseed = 3\ntrajectories = 20\n");
   EXPECT_EQ(plan.data, "logs");
   ASSERT_TRUE(plan.test.noise.has_value());

@@ -311,7 +311,7 @@ TEST(LeftOut, AnInterruptedRunContinuesToTheSameBytesAndLeavesNoFolders) {
   TrainOptions options;
   options.directory = whole.path();
   const TrainingResult expected = train_with_folds(experiment, training, training, options);
-  // Steps of this part: in the first fold, in the second, in the training on all logs.
+  // Number of steps before each interruption: in the first fold, in the second, in the training on all logs.
   for (const int after : {5, 18, 25}) {
     std::atomic<bool> stop = false;
     int done = 0;

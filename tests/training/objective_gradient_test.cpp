@@ -90,7 +90,7 @@ TEST(Objective, GradientAgreesWithDifferencesForEveryLossAndStructure) {
       Dataset dataset = harmonics(kUnequal, false);
       if (term.needs_equations)
         for (Trajectory& run : dataset.trajectories) run.derivatives = 0.5 * run.states;  // any f will do
-      // Through time, the fifth derivative is larger.
+      // The loss of gated units, which run through time, has a larger fifth derivative.
       expect_gradient_agrees_with_differences(experiment, dataset, structure->name() == "gated" ? 0.004F : 0.015F);
       if (::testing::Test::HasFatalFailure()) return;
     }

@@ -47,7 +47,7 @@ TEST(Objective, MaskedSamplesHaveNoEffect) {
   }
 }
 
-TEST(Objective, ErrorsBeforeAndAfterTheTransientAreThoseWithTheOtherSamplesMasked) {
+TEST(Objective, ErrorsBeforeAndAfterTheTransientEqualThoseWithOtherSamplesMasked) {
   constexpr double kTolerance = 1e-6;  // sums in another order, in float
   constexpr int kFrom = 30;            // some of the runs end before
   const Dataset data = testing::masked(harmonics(kUnequal, false));
@@ -76,7 +76,7 @@ TEST(Objective, ErrorsBeforeAndAfterTheTransientAreThoseWithTheOtherSamplesMaske
   EXPECT_TRUE(problem.objective.validation(parameters).transient_rmse.empty()) << "no run is so long";
 }
 
-TEST(Objective, IsBehindAFilterIfAStateIsOverWholeRunsOrInTheMeanOfTheWindows) {
+TEST(Objective, IsBehindAFilterIfAStateHasALargerErrorOverWholeRunsOrWindows) {
   const std::vector<double> deviations = {1.0, 10.0};
   const ObjectiveValue filter{
       .rmse = 0.5, .state_rmse = {0.3, 0.4}, .transient_rmse = {0.6, 0.8}, .settled_rmse = {0.02, 1e-5}};
@@ -103,8 +103,7 @@ TEST(Objective, IsBehindAFilterIfAStateIsOverWholeRunsOrInTheMeanOfTheWindows) {
   EXPECT_FALSE(is_behind(observer, filter, deviations)) << "runs without an end of the transient have no windows";
 }
 
-TEST(Objective, WeightsActAsShares) {
-  // Two runs with weight one half equal one run with weight 1.
+TEST(Objective, TwoRunsOfWeightOneHalfEqualOneRun) {
   Experiment experiment = small_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
   const Dataset once = harmonics(kUnequal, false);

@@ -84,7 +84,7 @@ TEST(Readout, ReadsAMeasuredStateFromItsSensorEvenIfTheNetworkDoesNotReadIt) {
   EXPECT_TRUE(result.readout[1].sensor_name.empty()) << "no output is in m/s";
 }
 
-/// Only the position, which the output measures: a linear row is exact.
+/// The only state is the position, which the output measures, so a linear row is exact.
 Dataset positions(const std::vector<int>& samples, unsigned seed) {
   Dataset data = harmonics(samples, false, seed);
   data.states.pop_back();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Short trainings on small sets, whole or in parts, and what they throw.
+// Short trainings on small sets, whole or in parts, and the messages of their errors.
 #pragma once
 
 #include <atomic>

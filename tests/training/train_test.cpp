@@ -86,7 +86,7 @@ TEST(Train, ContinuesFromItsBestModelAfterADivergenceIfGradientsAreClipped) {
 TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNotADivergence) {
   // Segments that begin anywhere have a transient, which validation hardly has. Here noise on their truth represents
   // it, and validation leaves the transient out.
-  constexpr double kNoise = 2.0, kFar = 4.0;  // m; the limit, in validation errors
+  constexpr double kNoise = 2.0, kFar = 4.0;  // kNoise in m; kFar in validation errors, the limit
   constexpr Eigen::Index kTransient = 25;     // samples: exp(-1.25) of the slowest mode; runs have 30 samples or more
   Dataset training = training_set(), validation = validation_set();
   for (Dataset* set : {&training, &validation})

@@ -17,8 +17,8 @@
 
 namespace nlo::trainer::testing {
 
-/// Two states and one output made of random harmonics: smooth, but of no plant. Long runs have larger values than short
-/// ones.
+/// Returns runs of two states and one output made of random harmonics: smooth, but of no plant. Long runs have larger
+/// values than short ones.
 inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -84,7 +84,7 @@ inline Hold hold_of(const codegen::Model& model) {
   return model.hold;
 }
 
-/// z and x_hat at all samples, one column each, from the equations in codegen/model/model.h.
+/// z and x_hat at all samples, one column each, computed from the equations in codegen/model/model.h.
 struct PlainEstimates {
   Eigen::MatrixXd latent, states;
 };
@@ -136,7 +136,7 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   return result;
 }
 
-/// Weighted root mean square of |x - x_hat| over a data set, from plain_estimates().
+/// Returns the weighted root mean square of |x - x_hat| over a data set, from plain_estimates().
 inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   double squares = 0.0;
   double total = 0.0;
@@ -148,7 +148,7 @@ inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// RMSE of the reference observer, with the inputs that its model reads.
+/// Returns the RMSE of the reference observer, with the inputs that its model reads.
 inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   codegen::ReferenceObserver<double> observer(model);
   double squares = 0.0;
@@ -162,7 +162,7 @@ inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// RMSE over the last samples of each run.
+/// Returns the RMSE over the last samples of each run.
 inline double settled_rmse(const codegen::Model& model, Dataset data, Eigen::Index samples) {
   for (Trajectory& run : data.trajectories) run.weight.head(run.samples() - samples).setZero();
   return reference_rmse(model, data);

@@ -99,8 +99,8 @@ CsvBeginning find_beginning(CsvRecords records, char decimal) {
   const auto row_of_units = [&](std::size_t header) {
     return header + 2 <= rows && is_words(header + 1) && are_units(first[header + 1]);
   };
-  // The header is the topmost record of words from which on all records down to the rows have the right number of
-  // cells. Otherwise it is the nearest record of words.
+  // The header is a record of words. All records between it and the rows must have the right number of cells. The
+  // topmost such record is the header; without one, the nearest record of words.
   std::size_t header = rows, nearest = rows;
   for (std::size_t at = rows; at-- > begin.header;) {
     if (!is_words(at)) continue;

@@ -74,7 +74,7 @@ struct Dataset {
     return both;
   }
 
-  /// Returns the number of measured quantities: an angle as sine and cosine is one.
+  /// Returns the number of measured quantities. An angle that is given as sine and cosine counts once.
   std::size_t sensors() const {
     return static_cast<std::size_t>(codegen::measured_outputs(outputs)) - output_angles.size();
   }

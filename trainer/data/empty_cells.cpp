@@ -131,10 +131,10 @@ void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vecto
                       "the observer does not count the empty cells as missing in flight",
                       count.regular_s));
     else if (count.period_s == 0.0 && count.output)
-      add("as an output it holds its last value there, as in flight (where [observer] may_fail names it, it is "
-          "missing)");
+      add("as an output it holds its last value there, as in flight (it is missing there if [observer] may_fail names "
+          "it)");
     if (count.input) add("as an input it holds its last value there");
-    if (count.state) add("as a state, no state of such a row is scored");
+    if (count.state) add("as a state: no state is scored in these rows");
     if (what.empty()) add("as a mask it excludes the truth there");
     notes.push_back(
         fmt::format("\"{}\" has no value in {:.3g} % of the rows ({} of {}, for up to {:.3g} s, most in {}){}: {}",

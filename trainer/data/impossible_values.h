@@ -24,11 +24,11 @@ struct ImpossibleValues {
 
 /// Finds the isolated values of a column: they are far outside of all other samples, with nothing in between. `range`
 /// is the range of the others. "Brief" means at most 5 rows in a row, "rare" less than 20 % of the rows (any other
-/// value: 5 %).
+/// value: 5 %). "Far" means that the distance to the others exceeds the given number of ranges.
 ///   beyond 1e30                                      always
-///   -99, -999, -9999, ... (nines)                    farther than 0.3 range; if there are few values, than 3 ranges
-///   ends of converters and of integers, 999, 9999    brief and farther than 0.3 range, or rare and than 3 ranges
-///   any other value, unless the column is a command  brief, rare, at three places, farther than 3 ranges
+///   -99, -999, -9999, ... (nines)                    far: 0.3 ranges, or 3 if the column has few different values
+///   ends of converters and of integers, 999, 9999    brief and far: 0.3 ranges; or rare and far: 3 ranges
+///   any other value, unless the column is a command  brief, rare, at three places, and far: 3 ranges
 /// Returns none if half of the samples or more would be impossible. `signals`: the column in each log; NaN does not
 /// count.
 ImpossibleValues impossible_values(const std::vector<Eigen::VectorXd>& signals, bool is_command);

@@ -41,10 +41,10 @@ class LogBaseline {
  public:
   static const std::vector<std::string>& names();  ///< constant, sensor, difference, polynomial, static_ridge
 
-  /// Fits the baseline called `name` to the training logs: the mean of each state; for each state the output in its
-  /// unit, or the polynomial (degree 1 to 3, up to 48 samples; compared at some 20,000 of their samples), with the
-  /// smallest RMSE; or the weights of static_ridge.h. Pass the outputs that the observer gets, noise included.
-  /// `sources` is LogSchema::state_sources. Throws codegen::Error for an unknown name.
+  /// Fits the baseline called `name` to the training logs. It is the mean of each state; or for each state the output
+  /// in the state's unit or the polynomial with the smallest RMSE; or the weights of static_ridge.h. Polynomials have
+  /// degree 1 to 3 and up to 48 samples; some 20,000 samples decide. Pass the outputs that the observer gets, noise
+  /// included. `sources` is LogSchema::state_sources. Throws codegen::Error for an unknown name.
   static LogBaseline fit(std::string_view name, const Dataset& training, const std::vector<StateSource>& sources);
 
   /// Returns estimates, n_x x N; NaN in the rows of states to which the baseline does not apply.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads CSV logs of a real rig into a Dataset: one run between gaps each, columns as channels, angles unwrapped,
-// velocities by the zero-phase filter, time from the first sample. A LogReport lists the findings (clock, notes).
+// Reads CSV logs of a real rig into a Dataset: each stretch between gaps is a run, with columns as channels, angles
+// unwrapped, velocities by the zero-phase filter, and time from the first sample. A LogReport lists the findings.
 #pragma once
 
 #include <string>

@@ -25,7 +25,7 @@ using Eigen::VectorXd;
 constexpr double kLongest = 32.0;    // longest delay of the search [rows]; usual delays are a few rows
 constexpr double kSureEnough = 0.5;  // largest standard deviation of a found delay, in rows
 
-/// Returns values at the increasing times wanted_s, by straight lines; beyond the ends the first and the last value.
+/// Interpolates `values` linearly at the increasing times wanted_s. Beyond the ends the end values hold.
 VectorXd interpolated(const VectorXd& time_s, const VectorXd& values, const VectorXd& wanted_s) {
   VectorXd result(wanted_s.size());
   Index k = 0;

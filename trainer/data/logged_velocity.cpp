@@ -34,9 +34,10 @@ Moments correlate(const Eigen::Ref<const VectorXd>& signal, const Eigen::Ref<con
 
 std::string remark_on_gain(double gain) {
   constexpr double kDegrees = 180.0 / std::numbers::pi, kNear = 0.05;
-  if (std::abs(std::abs(gain) / kDegrees - 1.0) < kNear) return "; it is 57.3 times as large, in degrees: check units";
+  if (std::abs(std::abs(gain) / kDegrees - 1.0) < kNear)
+    return "; it is 57.3 times as large, so it may be in degrees: check units";
   if (std::abs(std::abs(gain) * kDegrees - 1.0) < kNear)
-    return "; it is 57.3 times smaller, the angle is in degrees: check units";
+    return "; it is 57.3 times smaller, so the angle may be in degrees: check units";
   return "";
 }
 

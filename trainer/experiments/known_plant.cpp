@@ -34,7 +34,7 @@ std::vector<Index> rows_of(const std::vector<Channel>& logs, const std::vector<C
     const auto same = std::ranges::find_if(plant, [&](const Channel& own) { return is_same(own, channel); });
     if (same == plant.end()) {
       const auto named = std::ranges::find(plant, channel.name, &Channel::name);
-      throw KeyError("plant", fmt::format("[plant] has no {} \"{}\"{} as the logs have; {}", what, channel.name,
+      throw KeyError("plant", fmt::format("the logs have the {} \"{}\"{}, but [plant] does not; {}", what, channel.name,
                                           channel.unit.empty() ? "" : " in " + channel.unit,
                                           named == plant.end() ? "name its channels as [[log.columns]] does"
                                                                : "units and wraps of both must be the same"));

@@ -73,8 +73,8 @@ void check_observer(const Experiment& e) {
   if (channels.read_inputs > 0 && o.input_hold == Hold::kFirstOrder && o.hold == Hold::kZeroOrder)
     throw KeyError(
         "observer.input_hold",
-        "[observer] input_hold is \"first_order\", and hold \"zero_order\": inputs run as the outputs do, or "
-        "are commands; set hold = \"first_order\", or input_hold = \"zero_order\"");
+        "[observer] input_hold is \"first_order\", but hold is \"zero_order\": inputs can only be interpolated if "
+        "outputs are; set hold = \"first_order\", or, for commands, input_hold = \"zero_order\"");
   structure.check(e, channels);
 }
 

@@ -82,7 +82,7 @@ std::vector<Key<ObserverConfig>> common_observer_keys() {
           "complex eigenvalues [re, im] of D [1/s], re < 0 < im, repeated for each output and input"),
       key("learn_eigenvalues", &O::learn_eigenvalues, any(), "true: training changes the eigenvalues"),
       key("output_injection", &O::output_injection, names_of<Injection>(),
-          "F; unit_gain: F = -lambda, so that z settles at y"),
+          "entries of F; ones: 1; unit_gain: -lambda, so that z settles at y"),
       key("hold", &O::hold, names_of<Hold>(), "course of y between samples"),
       key("start", &O::start, names_of<LatentStart>(), "z(0); steady: the steady state of the first output"),
       key("clocks_s", &O::clocks_s, positive(),
@@ -132,10 +132,12 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("output_units", &P::output_units, any(), "units of the outputs, one for each"),
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
       wraps_key("state_wraps", &P::state_wraps, "full turns of angles in their units, one for each state; 0: no angle"),
-      wraps_key("output_wraps", &P::output_wraps, "the same, one for each output"),
+      wraps_key("output_wraps", &P::output_wraps,
+                "full turns of angles in their units, one for each output; 0: no angle"),
       key("state_encodings", &P::state_encodings, names_of<Encoding>(),
           "encodings of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
-      key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
+      key("output_encodings", &P::output_encodings, names_of<Encoding>(),
+          "encodings of angles, one for each output; sincos: two channels NAME_sin and NAME_cos"),
       key("estimated", &P::estimated, identifiers(), "names of the states to estimate; if not given: all"),
       key("even", &P::even, identifiers(),
           "names of the states, outputs and inputs that keep their sign in the mirror image"),
@@ -164,7 +166,7 @@ const std::vector<Key<SimulationConfig>>& keys() {
       key("initial_high", &S::initial_high, any(),
           "upper corner of the training box; a state with equal limits starts there"),
       key("initial_centre", &S::initial_centre, any(),
-          "circle: its centre, one number for each state; if not given: the origin"),
+          "circle: centre, one number for each state; if not given: the origin"),
       key("initial_axes", &S::initial_axes, any(), "circle: two half axes, each with one number for each state"),
       key("initial_states", &S::initial_states, any(), "list: initial states, each used equally often"),
       key("process_noise", &S::process_noise, at_least(0),
@@ -202,7 +204,7 @@ const std::vector<Key<LogConfig>>& keys() {
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
       key("validation_files", &L::validation_files, any(),
-          "the same, for validation: errors during training and the choice of the model"),
+          "files or globs for validation: errors during training and the choice of the model"),
       key("test_files", &L::test_files, any(), "the same, for the report; training never uses them"),
   };
   return kKeys;
@@ -252,7 +254,7 @@ const std::vector<Key<VelocityFilterConfig>>& keys() {
   using V = VelocityFilterConfig;
   static const std::vector<Key<V>> kKeys = {
       key("order", &V::order, between(1, 8), "order of the Butterworth low-pass, which runs forward and backward"),
-      key("cutoff_hz", &V::cutoff_hz, positive(), "its cut-off frequency [Hz]"),
+      key("cutoff_hz", &V::cutoff_hz, positive(), "cut-off frequency of the low-pass [Hz]"),
       key("mask_edges_s", &V::mask_edges_s, at_least(0), "truth this close to an end of a log does not count [s]"),
   };
   return kKeys;
@@ -278,7 +280,8 @@ const std::vector<Key<InverseMapConfig>>& keys() {
       key("activation", &I::activation, one_of(codegen::activation_names()), "activation of the hidden layers"),
       key("linear_path", &I::linear_path, any(),
           "true: adds a linear map to the network, which starts as a ridge regression"),
-      key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the mean power of the features"),
+      key("ridge", &I::ridge, at_least(0),
+          "regularisation of the linear map, relative to the mean power of the features"),
       only_when_given(key("error", &I::error, any(),
                           "true: T* also gives the standard deviation of each state's error, calibrated on validation "
                           "runs")),

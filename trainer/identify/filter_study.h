@@ -29,8 +29,8 @@ struct FilterStudy {
 /// validation logs, or on the training logs if there are none. The search of the UKF starts at the result of the EKF.
 /// If a hidden angle needs a bank of filters, the filter that starts nearest to the truth is tuned, and the bank is
 /// evaluated. The q / r of the constant-acceleration filter is tuned in the same way, for each state that is a measured
-/// quantity or its velocity. Ridge regression and the baselines learn from the training logs. All start at each of
-/// from_s in each log.
+/// quantity or its velocity. Ridge regression and the baselines learn from the training logs. Every estimator is
+/// started at each of from_s in each log.
 FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,
                           const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
                           const StudyProgress& progress = {});

@@ -10,7 +10,7 @@
 //   square     c + A in the first half of each period, c - A in the second
 //   multisine  c + A / 5 times the sum of five sines, each with T and p of its own
 //   chirp      c + A sin of a phase whose frequency runs from 1 / T1 to 1 / T2, geometrically in time
-//   noise      c + white Gaussian noise behind a low-pass of first order with cut-off 1 / T, two deviations of which
+//   noise      c + white Gaussian noise, low-passed with first order at 1 / T; two of its standard deviations
 //              are half the range; reflected at the ends of the range
 //   log        a stretch of recorded inputs (logged_inputs.h)
 // A signal only has values at samples. Between samples [observer] input_hold determines how they act (simulate_runs.h).

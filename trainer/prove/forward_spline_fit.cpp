@@ -16,8 +16,8 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 Eigen::MatrixXcd ForwardSpline::fitted(const LatentMode& mode, const Matrix& x, const Matrix& z) const {
-  // Relative to the largest diagonal entry. It keeps the equations solvable where (5) does not determine T~, as near an
-  // attracting orbit.
+  // A ridge, relative to the largest diagonal entry. It keeps the equations solvable where (5) does not determine T~,
+  // as near an attracting orbit.
   constexpr double kRidge = 1e-14;
   using Sparse = Eigen::SparseMatrix<std::complex<double>>;
   const Eigen::Index nx = plant_.nx(), n = 2 * shared_;

@@ -26,8 +26,9 @@ std::span<const Item> items() {
        "example2",
        "Table 1: errors of learned observers of Van der Pol",
        "vanderpol-rmse",
-       "Fixed fast eigenvalues win without noise and lose badly with it; the observers whose D is learned win in both "
-       "rows with noise, training with noise ahead of regularisation.",
+       "Without noise, fixed fast eigenvalues have the smallest error; with noise, they have by far the largest. In "
+       "both rows with noise, the observers whose D is learned have the smallest errors, first the one trained with "
+       "noise, then the regularised one.",
        {"van_der_pol_baseline_fast", "van_der_pol_baseline_mixed", "van_der_pol_baseline_slow", "van_der_pol_noise",
         "van_der_pol_regularised"},
        30.0,
@@ -36,8 +37,8 @@ std::span<const Item> items() {
        "example2",
        "Table 2: only the largest eigenvalue changes",
        "vanderpol-rmse-add",
-       "The columns of Table 1 with fixed D once more: moving only the largest eigenvalue from -5 to -0.1 costs "
-       "accuracy without noise and helps against uniform noise.",
+       "The columns of Table 1 with fixed D are repeated. If only the largest eigenvalue is moved from -5 to -0.1, the "
+       "error grows without noise and falls with uniform noise.",
        {"van_der_pol_fast", "van_der_pol_mixed", "van_der_pol_slow"},
        20.0,
        table_2},
@@ -49,9 +50,8 @@ std::span<const Item> items() {
        "example2",
        "Van der Pol with measurement noise",
        "vanderpol-compare",
-       "With small eigenvalues the observer suffers little from noise but takes about 10 s to converge; with large "
-       "ones "
-       "it converges quickly but is severely affected by noise; the learned one does well in both.",
+       "With small eigenvalues, noise affects the observer little, but it takes about 10 s to converge. With large "
+       "eigenvalues it converges quickly, but noise affects it severely. The learned observer does well in both.",
        {"van_der_pol_baseline_fast", "van_der_pol_baseline_slow", "van_der_pol_noise"},
        1.0,
        van_der_pol_with_noise},
@@ -59,7 +59,8 @@ std::span<const Item> items() {
        "example2",
        "Van der Pol without measurement noise",
        "vanderpol-compare-without",
-       "The three observers of the figure before, without noise. The learned eigenvalues are -0.81, -0.83, -0.63.",
+       "The figure shows the three observers of the previous figure, without noise. The learned eigenvalues are -0.81, "
+       "-0.83, -0.63.",
        {"van_der_pol_baseline_fast", "van_der_pol_baseline_slow", "van_der_pol_noise"},
        1.0,
        van_der_pol_without_noise},
@@ -67,9 +68,8 @@ std::span<const Item> items() {
        "example2",
        "Van der Pol, regularised",
        "vanderpol-compare-reg",
-       "An observer trained with the eigenvalue penalty, with and without noise in the test. Its eigenvalues are "
-       "-0.66, "
-       "-0.99, -1.77.",
+       "The observer is trained with the eigenvalue penalty and tested with and without noise. Its eigenvalues are "
+       "-0.66, -0.99, -1.77.",
        {"van_der_pol_regularised"},
        1.0,
        van_der_pol_regularised},
@@ -85,7 +85,7 @@ std::span<const Item> items() {
        "example2",
        "Van der Pol, trained without robustness",
        "vanderpol-compare-no",
-       "D learned with neither noise nor regularisation in training, with and without noise in the test.",
+       "D is learned without noise and without regularisation. The observer is tested with and without noise.",
        {"van_der_pol_plain"},
        1.0,
        van_der_pol_without_robustness},
@@ -93,8 +93,8 @@ std::span<const Item> items() {
        "example3",
        "Reverse Duffing: error by initial state",
        "compare_x_rmse",
-       "The observer trained on X1 fails outside of it, as it never saw such data; trained on X2 the error there is "
-       "significantly smaller.",
+       "The observer trained on X1 fails outside of X1, because its training has no such data. There, the observer "
+       "trained on X2 has a significantly smaller error.",
        {"reverse_duffing_x1", "reverse_duffing_x2"},
        40.0,
        duffing_map},
@@ -126,8 +126,8 @@ std::span<const Item> items() {
        "example3",
        "Reverse Duffing: the PDE as a constraint",
        "compare_pde",
-       "Both trained on X1; from x(0) = (3, 0) the RMSE is 0.98 without and 0.86 with the PDE term: the improvement is "
-       "not significant.",
+       "Both observers are trained on X1. From x(0) = (3, 0) the RMSE is 0.98 without the PDE term and 0.86 with it. "
+       "The improvement is not significant.",
        {"reverse_duffing_x1", "reverse_duffing_joint", "reverse_duffing_pde", "reverse_duffing_pde_x2"},
        1.0,
        duffing_pde},

@@ -58,13 +58,12 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
   const PlantConfig& plant = *known_plant(experiment);
   if (experiment.known && !plant.estimated.empty())
     refuse("plant.estimated",
-           "[plant] estimated leaves out states, and beside logs a prior is trained on logs with all states of the "
-           "plant; remove it, and give each state a column");
+           "[plant] estimated leaves out states, but a prior is trained on logs of all states of the plant; remove "
+           "estimated, and give each state a column");
   if (has_unwrapped_angle(plant))
-    refuse(
-        "observer.structure",
-        "a prior steps an angle as its sine and cosine: set state_encodings and output_encodings to \"sincos\" where "
-        "[plant] has wraps, which are \"2pi\", and so the encodings of [[log.columns]]");
+    refuse("observer.structure",
+           "a prior needs the sine and cosine of each angle in rad: set its wrap to \"2pi\" and its encoding to "
+           "\"sincos\" in state_encodings or output_encodings of [plant], and in [[log.columns]]");
   const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
   if (experiment.known) {
     const LogSchema logs = resolve_columns(*experiment.log);
@@ -73,15 +72,16 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
     };
     if (!same(logs.state_channels, known.states) || !same(logs.output_channels, known.outputs))
       refuse("plant",
-             "a prior steps what the logs have: [plant] states and output_names are the names of the state and "
-             "output columns, in their order");
+             "a prior needs the channels of the logs: give [plant] states and output_names the names of the state "
+             "and output columns, in the same order");
   }
   try {
     const codegen::Equations equations(known.texts, known.states, known.inputs);
     if (equations.ny() != channels.outputs)
       refuse("plant.outputs",
-             fmt::format("a prior knows each output, and [plant] has {} of {}; leave computed ones out", equations.ny(),
-                         channels.outputs));
+             fmt::format(
+                 "a prior needs an equation for each output, but [plant] has {} for {}; leave computed outputs out",
+                 equations.ny(), channels.outputs));
   } catch (const codegen::Error& error) {
     refuse("plant", fmt::format("[plant] {}", error.what()));
   }

@@ -39,12 +39,12 @@ static void put_hex(uint64_t value) {
   put(text);
 }
 
-// A linear congruential generator; only its upper bits are used.
+// Steps a linear congruential generator. Only its upper bits are used.
 static uint32_t next_random(uint32_t* state) {
   return *state = *state * 1664525U + 1013904223U;
 }
 
-// FNV-1a.
+// Adds bytes to an FNV-1a hash.
 static void hash_bytes(uint64_t* hash, const void* bytes, unsigned count) {
   for (unsigned i = 0; i < count; ++i) *hash = (*hash ^ ((const unsigned char*)bytes)[i]) * 0x100000001b3U;
 }
@@ -56,7 +56,7 @@ static void hash_bytes(uint64_t* hash, const void* bytes, unsigned count) {
 #define NLO_TEXT(a) NLO_TEXT_(a)
 #endif
 
-// A slow triangle of +-4 with a little noise, and sometimes arbitrary bits.
+// Returns a slow triangle of +-4 with a little noise, and sometimes arbitrary bits.
 static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
   const uint32_t draw = next_random(random);
   if (hostile && draw >> 31 != 0) {
@@ -105,7 +105,7 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #define NLO_TRUST
 #endif
 
-// A step with one of the many events that an observer may meet.
+// Takes a step with one of the many events that an observer may meet.
 static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k NLO_MONITOR) {
   NLO_SCALAR y[NLO_(NY)];
   for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= NLO_CALM);

@@ -37,7 +37,7 @@ constexpr auto kGated = bench::random_gated_model<6>();
 
 float normal_measurement(bench::RandomUniform& random, int k) {
   const float phase = static_cast<float>(k % 314) / 157.0F - 1.0F;
-  const float wave = rounded(phase * (phase < 0 ? 1.0F + phase : 1.0F - phase));  // not fused, also in the test
+  const float wave = rounded(phase * (phase < 0 ? 1.0F + phase : 1.0F - phase));  // never fused
   return rounded(4.0F * wave) + rounded(0.3F * random());
 }
 

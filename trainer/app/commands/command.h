@@ -50,7 +50,7 @@ void add_certify(CLI::App& app, int argc, char** argv);
 void add_reproduce(CLI::App& app, int argc, char** argv);
 
 inline constexpr const char* kCertifyDescription =
-    "Prove bounds of a model, rounding included, and search for what breaks them";
+    "Prove bounds of a model, rounding included, and search for counterexamples";
 inline constexpr const char* kReproduceDescription =
     "Make the paper's tables and figures beside the paper's numbers, and run published benchmarks";
 

@@ -171,7 +171,7 @@ std::string log_template(const GuessedLog& log, const std::string& name, const s
   text += key_line("train_files", show_value(log.train));
   if (log.validation.empty())
     text +=
-        "# With more logs, of other runs, choose the model by some (validation_files = [\"...\"]) and test it on "
+        "# With logs of more runs, add validation_files = [\"...\"], which choose the model, and test it on "
         "others\n"
         "# (test_files = [\"...\"]).\n";
   else

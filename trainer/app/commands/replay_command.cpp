@@ -61,8 +61,8 @@ std::string difference_text(const FlightLog& log, const FlightComparison& compar
     return where + fmt::format("was {}, replayed {}", status_word(logged), status_word(answer)) + rows;
   if (column.answer == kAnswerInDomain) return where + fmt::format("was {}, replayed {}", logged, answer) + rows;
   return where +
-         fmt::format("was {}, replayed {}: {:.9g} in the last place", all_digits(logged, single),
-                     all_digits(answer, single), compare.units(logged, answer)) +
+         fmt::format("was {}, replayed {}: the difference is {:.9g} units in the last place",
+                     all_digits(logged, single), all_digits(answer, single), compare.units(logged, answer)) +
          rows;
 }
 

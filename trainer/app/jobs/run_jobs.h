@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Runs a list of trainings for every command that has one: several at once or one after another, with one display. A
-// job keeps its state in files (kept_training.h). If a list was interrupted or killed and is run again, each job finds
-// its finished work. Also handles Ctrl-C during long work.
+// Runs a list of trainings for the commands that need several: at the same time or one after another, with one display.
+// A job keeps its state in files (kept_training.h). If a list was interrupted or killed and is run again, each job
+// finds its finished work. Also handles Ctrl-C during long work.
 #pragma once
 
 #include <atomic>

@@ -103,11 +103,11 @@ std::string check_flight(const PreparedExport& prepared, const std::vector<codeg
     const std::string name = files_of(observer);
     const MatrixXd answers = FlownExport(flown, {observer, "", false}).run(rows);
     check_answers(flown, golden, answers, name);
-    seen += fmt::format("{}: compiled, and as the model over {} samples", name, rows.cols());
+    seen += fmt::format("{}: compiled; agrees with the model over {} samples", name, rows.cols());
     if (const std::optional<CompiledText> other = other_language(flown, observer)) {
       const MatrixXd own = cpp ? FlownExport(flown, {observer, "", true}).run(rows) : answers;
-      check_bits(flown, own, FlownExport(flown, *other).run(rows), name, cpp ? "the same as C99" : "the C++ header");
-      seen += cpp ? "; the same as C99 has the bits of its deterministic policy"
+      check_bits(flown, own, FlownExport(flown, *other).run(rows), name, cpp ? "C99" : "the C++ header");
+      seen += cpp ? "; C99 has the same bits as its deterministic policy"
                   : "; the C++ header's deterministic policy has the same bits";
     }
     seen += "\n";

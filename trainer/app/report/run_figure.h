@@ -12,10 +12,10 @@
 
 namespace nlo::trainer {
 
-/// Draws a run from t0 to t1 [s]. Each state has a panel and below it the error x_hat - x, angles the shorter way
-/// round, on its own scale. Then there is a panel for each output that is not a state itself, and one for each input if
-/// `inputs` names those of the run. Times at which the truth is masked or z is outside of the training domain are
-/// shaded. A few samples far outside do not determine a scale; the legend states them.
+/// Draws a run from t0 to t1 [s]. Each state has a panel, and below it another one with the error x_hat - x on its own
+/// scale (of an angle the shorter way round). Then there is a panel for each output that is not a state itself, and one
+/// for each input if `inputs` names those of the run. Times at which the truth is masked or z is outside of the
+/// training domain are shaded. A few samples far outside do not determine a scale; the legend states them.
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                   double t0, double t1, const std::vector<Channel>& inputs = {});
 

@@ -159,7 +159,7 @@ std::string comparison_conditions(const Study& study) {
       "plant {}, {} test seeds of {} runs of {} s each, seeds from {} on; norm of the error{}, transient "
       "included, ± standard error over the seeds{}",
       study.plant, test.test_sets, test.trajectories, shortest_text(study.horizon_s), test.seed,
-      is_normalised(study) ? " of states over their deviation" : "",
+      is_normalised(study) ? " of states divided by their deviation" : "",
       test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
 }
 
@@ -169,7 +169,7 @@ std::string comparison_summary(const Study& study) {
     parts.push_back(fmt::format("{} of {} conditions than the {}", contest.ahead.size(),
                                 contest.ahead.size() + contest.behind.size(), contest.rival));
   if (parts.empty()) return "";
-  return fmt::format("{} errs less in {}.", first_observer(study), fmt::join(parts, ", and in "));
+  return fmt::format("{} has a smaller error in {}.", first_observer(study), fmt::join(parts, ", and in "));
 }
 
 std::vector<std::string> comparison_findings(const Study& study) {

@@ -208,7 +208,7 @@ std::string condition_title(const Condition& condition) {
   if (condition.box_scale != 1.0) title += fmt::format(", {} x the box", shortest_text(condition.box_scale));
   for (const std::string& change : condition.changes) title += ", " + change;
   for (const std::string& input : condition.inputs) title += ", u = " + input;
-  if (!condition.input_noise.none()) title += ", inputs told with " + noise_title(condition.input_noise);
+  if (!condition.input_noise.none()) title += ", inputs read with " + noise_title(condition.input_noise);
   return title;
 }
 

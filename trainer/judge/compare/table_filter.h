@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Makes the filters of filter_table() estimators of a plant's channels: over a recorded run, with their own error
-// bounds, and in the loop of [feedback]. Tunes a filter on runs with a known truth: a grid over Q, R and the gate, then
-// a coordinate search from its best point.
+// Turns the filters of filter_table() into estimators of a plant's channels, for a recorded run (with their own error
+// bounds) and for the loop of [feedback]. Tunes a filter on runs with a known truth: a grid over Q, R and the gate,
+// then a coordinate search from its best point.
 #pragma once
 
 #include <atomic>

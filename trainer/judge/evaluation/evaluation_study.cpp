@@ -129,7 +129,7 @@ std::vector<std::string> comparison_notes(const std::vector<ComparedState>& stat
     };
     if (is_no_better_than(state.constant))
       notes.push_back(
-          fmt::format("{} is not seen: its error in the window {} is {}, not clearly below that of a constant, {}. "
+          fmt::format("{} is not observed: its error in the window {} is {}, not clearly below that of a constant, {}. "
                       "These outputs may not determine it.",
                       state.name, state.window, shown(state.observer), shown(state.constant)));
     else if (is_no_better_than(state.simple))

@@ -23,7 +23,7 @@ std::string shown_name(const Evaluation& evaluation) {
   return evaluation.label.empty() ? evaluation.estimator : evaluation.label;
 }
 
-/// A row per state for each estimator with intervals; empty without one.
+/// A row per state for each estimator with intervals. The text is empty if no estimator has any.
 class CoverageTable {
  public:
   void add(const std::string& estimator, const std::vector<Channel>& states, const std::optional<Coverage>& coverage) {

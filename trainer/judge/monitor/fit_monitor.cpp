@@ -284,8 +284,7 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
 }
 
 /// Returns the number of samples after a start until the rms error of x_hat over `runs` is at most twice the error in
-/// their second halves, as a multiple of a quarter of a time constant, 4 to 12 quarters. Returns 4 quarters without
-/// runs.
+/// the second halves of the runs. It is 4 to 12 quarters of a time constant, rounded to whole quarters; 4 without runs.
 Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
   constexpr Index kParts = 4, kMostBlocks = 3;
   constexpr double kSettled = 2.0;

@@ -46,9 +46,10 @@ std::string below_floor(const Readout& readout) {
       double error;
       std::string name;
     };
-    const Simple simple = std::min({Simple{s.linear, "a linear row of what T* reads"}, Simple{s.constant, "its mean"},
-                                    Simple{s.sensor, "output " + s.sensor_name + " as it is"}},
-                                   [](const Simple& a, const Simple& b) { return a.error < b.error; });
+    const Simple simple =
+        std::min({Simple{s.linear, "a linear row on the inputs of T*"}, Simple{s.constant, "its mean"},
+                  Simple{s.sensor, "output " + s.sensor_name + " as it is"}},
+                 [](const Simple& a, const Simple& b) { return a.error < b.error; });
     if (s.shipped <= kWorse * simple.error || s.shipped - simple.error <= kOfDeviation * s.deviation) continue;
     text += fmt::format("{}{} has an RMSE of {:.3g}, {} has {:.3g}", text.empty() ? "" : "; ", s.state, s.shipped,
                         simple.name, simple.error);

@@ -51,7 +51,7 @@ using SetSquares = std::vector<StateSquares>;  ///< one for each state
 struct JudgedSet {
   std::string kind = {};            ///< kind of the logs that were left out (log_files.h)
   SetSquares all;                   ///< over all samples
-  std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; `all` alone without both
+  std::vector<SetSquares> windows;  ///< over the transient and over the settled samples; or `all` as the only one
 };
 
 /// "network", "linear row", "network with fallback", or the share of the network: "0.35 network".

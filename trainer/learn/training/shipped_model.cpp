@@ -153,7 +153,7 @@ struct Choice {
 /// the rows.
 class Judge {
  public:
-  /// The evidence outlives it.
+  /// `evidence` must outlive this object.
   ///   by_settled  true: only the settled errors decide
   Judge(const Evidence& evidence, bool by_settled) : evidence_(evidence), by_settled_(by_settled) {
     double least = evidence.over_runs([](const StateSquares& s) { return s.map; });

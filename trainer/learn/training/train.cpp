@@ -171,7 +171,7 @@ class Training {
     });
     if (!finite || !std::isfinite(untrained.rmse)) {
       throw codegen::Error(
-          "the error of the untrained observer is not finite: the data holds a number that is not, or the latent "
+          "the error of the untrained observer is not finite: the data contain such a number, or the latent "
           "system is unstable at this sample period (hold \"rk4\" with |eigenvalue| * period above 2.78); use hold "
           "\"first_order\" or slower eigenvalues");
     }

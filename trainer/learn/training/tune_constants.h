@@ -9,8 +9,8 @@
 
 namespace nlo::trainer {
 
-/// Sets the constants that the structure wants tuned (TrainableStructure::tuned_constants) by coordinate_search(), for
-/// the least RMSE of its estimate_row()s. The data are runs from their start, and segments as a training step draws
+/// Sets the constants that the structure wants tuned (TrainableStructure::tuned_constants) by coordinate_search(). The
+/// cost is the RMSE of its estimate_row()s. The data are runs from their start, and segments as a training step draws
 /// them, with the noise of the training. States are divided by their deviation if the loss is normalised. If the data
 /// is long, only a share of its runs is used. The result is the same for any number of threads.
 void tune_constants(ObserverStructure& structure, const Experiment& experiment, const TrainingData& data,

@@ -17,14 +17,14 @@ inline SimulatedBoard& simulated_board() {
   return board;
 }
 
-// 0.1 ms per call; once, the loop is busy for 65 ms.
+// Advances by 0.1 ms per call. Once, it advances by 65 ms, as if the loop had been busy.
 inline uint32_t micros() {
   SimulatedBoard& board = simulated_board();
   board.now_us += ++board.calls == 5000 ? 65000U : 100U;
   return board.now_us;
 }
 
-// 10 bits: a slow triangle around the middle.
+// Returns 10 bits: a slow triangle around the middle.
 inline int analogRead(int pin) {
   const int phase = static_cast<int>(simulated_board().calls / 16U % 400U) + pin - A0;
   return 412 + (phase < 200 ? phase : 400 - phase);

@@ -16,7 +16,7 @@ class Sensor {
   virtual double getPreciseAngle() {
     return static_cast<double>(full_rotations) * static_cast<double>(_2PI) + static_cast<double>(angle_prev);
   }
-  // The difference of angles between two calls, divided by the time between their updates.
+  // Returns the difference of angles between two calls, divided by the time between their updates.
   virtual float getVelocity() {
     const float seconds = static_cast<float>(static_cast<int32_t>(angle_prev_ts - vel_angle_prev_ts)) * 1e-6f;
     if (!(seconds < min_elapsed_time)) {
