@@ -13,8 +13,8 @@ enum class Function { kSine, kCosine, kTanh, kExponential, kLogarithm, kRoot, kA
 
 struct FunctionRow {
   Function function;
-  std::string_view name;     ///< in an expression
-  std::string_view runtime;  ///< in C and C++
+  std::string_view name;     ///< name in an expression
+  std::string_view runtime;  ///< name in C and C++
 };
 std::span<const FunctionRow> all_functions();
 const FunctionRow& row_of(Function function);

@@ -20,9 +20,9 @@ void check_c99(const Model& model, const std::string& target = "c99");
 /// scalar cannot represent a number.
 std::vector<NamedText> c99(const PreparedExport& prepared);
 
-/// For targets that put the same templates into other files (single_header.cpp): the export with the most accurate
-/// tanh, after the checks of c99(); the values for the keys of the templates, with functions called NAME_step and so
-/// on; and the comment at the top of a file.
+/// The next functions are for targets that put the same templates into other files (single_header.cpp). They return the
+/// export with the most accurate tanh, after the checks of c99(); the values for the keys of the templates, with
+/// functions called NAME_step and so on; and the comment at the top of a file.
 PreparedExport for_c99(const PreparedExport& prepared, const std::string& target);
 std::map<std::string, std::string> c99_values(const PreparedExport& prepared, const std::string& name);
 std::string c99_top(const PreparedExport& prepared, const char* language, const char* target,

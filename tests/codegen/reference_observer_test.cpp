@@ -302,7 +302,7 @@ TEST(ReferenceNetwork, DerivativeOfProductsAgreesWithCentralDifferences) {
 TEST(ReferenceObserver, AFullTurnOfAnAngleHasNoEffect) {
   const Model m = rig_model();
   constexpr double kTurn = 6.283185307179586;
-  constexpr double kTolerance = 1e-11;  // z is larger by about 6: its rounding, with feature and state scales
+  constexpr double kTolerance = 1e-11;  // rounding of z, larger by about 6 per turn, times feature and state scales
   const Eigen::VectorXd t = times(m, 400);
   Eigen::MatrixXd y = smooth_outputs(m, t);
   const auto here = ReferenceObserver<double>(m).run(y, {}, t, true);

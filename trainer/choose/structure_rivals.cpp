@@ -32,7 +32,7 @@ bool simulates_an_exact_plant(const Experiment& e) {
   return !e.log && e.plant && e.plant->parameter_ranges.empty() && e.simulation.process_noise.empty();
 }
 
-/// Equations start as a tuned filter, so there is little to learn, in small steps.
+/// A structure with known equations starts as a tuned filter, so it has little to learn and needs small steps.
 struct Effort {
   int units, steps;
   double learning_rate;

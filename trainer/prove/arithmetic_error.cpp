@@ -60,7 +60,7 @@ class FlownEnclosure {
     const Vector in = reads.head(input_off_.size());
     const Vector middle_in = (inputs_ * box.centre).head(in.size());
     Vector low_in = middle_in - kRaised * (inputs_.cwiseAbs() * box.radius).head(in.size());  // input of a layer
-    Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // error of that input
+    Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // error of this input
     std::vector<Known> locals;
     std::vector<SlopeLine> slopes;
     for (std::size_t l = 0; l < ranges.size(); ++l) {
@@ -105,7 +105,7 @@ class FlownEnclosure {
   }
 
  private:
-  /// Exceeds the rounding errors of all sums here, of a few thousand terms at most, relative to the sum of their sizes.
+  /// Bounds the rounding error of any sum here, relative to the sizes of its terms, a few thousand at most.
   static constexpr double kRounding = 1e-11, kRaised = 1.0 + kRounding;
   static_assert(kRounding > gamma(40000));
 

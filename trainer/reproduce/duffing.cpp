@@ -20,7 +20,7 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-/// Returns sqrt(mean over the run of |x - x_hat|^2), without noise, for a plant of two states, x2.size() x x1.size().
+/// Returns sqrt(mean over a run of |x - x_hat|^2), without noise, for a plant of two states: x2.size() x x1.size().
 ///   x1, x2   initial states along each axis
 ///   threads  0: all cores; does not affect the result
 /// Throws codegen::Error if a run overflows.

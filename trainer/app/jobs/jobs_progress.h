@@ -27,7 +27,7 @@ std::string jobs_log_line(const JobsState& state);
 
 class JobsProgress {
  public:
-  /// A log gets a line every half a minute, or when another tenth is done.
+  /// If stderr is not a terminal, writes a line every half a minute, and when another tenth is done.
   explicit JobsProgress(StatusLine& line);
 
   /// Adds work before it starts. `models`: number of models to be trained. Both negative: the work is not needed.

@@ -225,7 +225,7 @@ FlightLog read_flight(const std::string& file, const codegen::Model& model, std:
   }
   if (log.answers.empty())
     throw Error(
-        fmt::format("{}: no column {}: log the results of estimate(), or name the columns that hold it, --column {}="
+        fmt::format("{}: no column {}: log the results of estimate(), or name the columns that hold them, --column {}="
                     "HEADING; there are {}",
                     file, fmt::join(log.missing, " or "), log.missing.front(),
                     ascii(fmt::format("{}", fmt::join(reader.table().headings(), ", ")))));

@@ -46,7 +46,7 @@ struct EigenvalueLoss {
 struct LossTerm {
   std::string_view name;           ///< the key of its weight
   std::string_view meaning;        ///< one line for the help
-  bool needs_forward_map = false;  ///< trains T
+  bool needs_forward_map = false;  ///< the term trains T
   bool needs_eigenvalues = false;  ///< depends on D, which only KKL observers have
   bool needs_equations = false;    ///< needs f and h of the plant
   std::variant<EstimateLoss, MapLoss, EquationLoss, EigenvalueLoss> form;
