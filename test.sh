@@ -91,12 +91,12 @@ configure_sanitizers() {
 sanitizers() { configure_sanitizers && build build/asan && run_ctest asan -L quick -LE 'audit|install'; }
 fuzzing() { configure_sanitizers && build build/asan nlo_fuzz && tests/fuzz/run.sh build/asan "$minutes"; }
 
-# sources FOLDER...: not by git, which refuses to look into a checkout that belongs to someone else.
-# Goldens are left as the generator writes them.
+# sources FOLDER...: lists sources. It does not ask git, which refuses to read a checkout that belongs to someone else.
+# Golden files are left out, because they stay as the generator writes them.
 sources() { find "$@" -path tests/golden -prune -o \( -name '*.h' -o -name '*.cpp' -o -name '*.c' \) -print; }
 
-# Logs of the real rigs are read where they are (--data of the program says where else); without them their figures are
-# left out, and said to be.
+# Logs of the real rigs are read from their usual folder; the option --data of the program names another one. Without
+# these logs, the program leaves their figures out and says so.
 claims() { build/release/tests/claims/claims "$@"; }
 quick_claims() {
   local programs=(build/release/trainer/nlo build/release/tests/claims/claims)

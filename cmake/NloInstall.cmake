@@ -1,6 +1,6 @@
 # Installs the runtime's headers, the program, experiments to start from, and files for find_package(nlo) and pkg-config.
-# The trainer's libraries are not installed: their interface is the program. The components are runtime, program, and model and
-# python of the bindings. NloPackage.cmake makes a package of each.
+# The trainer's libraries are not installed: their interface is the program. The components are runtime, program, and
+# the bindings model and python. NloPackage.cmake makes a package of each.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/nlo) # not lib, because headers and a program of the host do not depend on the target's processor

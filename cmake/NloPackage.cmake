@@ -1,8 +1,8 @@
 # cmake --build DIR --target package: the Debian packages nlo (the program), libnlo-dev (headers, CMake, pkg-config),
 # libnlo-model and python3-nlo (bindings).
-# The program of the packages is built separately, in DIR/package, for any processor of the architecture. With -march=native,
-# the default of a build for the own machine, it would stop with an illegal instruction on another machine. No tests are
-# built there.
+# The program of the packages is built separately, in DIR/package, for any processor of the architecture. With
+# -march=native, the default of a build for your own machine, it would stop with an illegal instruction on another
+# machine. No tests are built there.
 set(CMAKE_SKIP_PACKAGE_ALL_DEPENDENCY ON)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "The nlo authors <nlo@example.invalid>" CACHE STRING "Maintainer of the packages that you publish")

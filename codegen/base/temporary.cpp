@@ -67,8 +67,8 @@ void remove_leftovers(const std::string& path) {
   for (const fs::path& leftover : found) remove_if_left(leftover);
 }
 
-/// Makes a file and locks it, until it is locked and still there. Before it is locked, another program may remove it as
-/// a leftover.
+/// Makes a file and locks it. Another program may remove the file as a leftover before it is locked; then this is
+/// repeated with a new file.
 template <class Make>
 Descriptor make_locked(const std::string& path, std::string& name, const Make& make) {
   remove_leftovers(path);

@@ -35,8 +35,8 @@ constexpr double kLargestNumber = 1e30, kSmallestNumber = 1e-30;
 /// Requires that no sum of the network overflows in float if its inputs are within +-`largest`.
 void check_sums(const Network& network, const Eigen::VectorXd& largest, const std::string& field);
 
-/// Returns the features of T* that change with whole turns of an output by more than rounding: feature and change per
-/// unit. Empty if T* reads the output only through z - S y. For models with a linear latent system.
+/// Returns the features of T* that whole turns of an output change by more than rounding, with the change per unit.
+/// Empty if T* reads the output only through z - S y. The model must have a linear latent system.
 struct SeenChange {
   Eigen::Index feature;
   double change;

@@ -10,7 +10,7 @@
 namespace nlo::codegen {
 
 /// z' = D z + F y. D is block diagonal: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues. z starts
-/// at the initial latent of the model. With starts_steady S y_0 is added, S = -D^-1 F: the steady state per unit of y.
+/// at the model's initial z. starts_steady adds S y_0 to it, where S = -D^-1 F is the steady state per unit of y.
 struct LinearLatent {
   int pairs = 0;
   Eigen::VectorXd eigenvalues;       ///< n_z [1/s]: (re, im) of each pair, then the real ones

@@ -24,8 +24,8 @@ std::string to_json(const Model& model);
 /// Validates a model, then replaces the file atomically, so that there is always a readable file on the disk.
 void write_model(const Model& model, const std::string& path);
 
-/// Writes like write_model() over the file from which the model was made. `read` is the text that was read. Throws
-/// Error if the file has changed since then.
+/// Replaces the file from which the model was read, by write_model(). `read`: the text that was read then. Throws Error
+/// if the file has changed since then.
 void rewrite_model(const Model& model, const std::string& path, std::string_view read);
 
 }  // namespace nlo::codegen

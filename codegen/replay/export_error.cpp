@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kWanted = 10000;  // samples in the domain; ten of them are above the 99.9 % quantile
-constexpr int kFewest = 1000;   // with these, one is above the quantile
+constexpr int kFewest = 1000;   // one of these is above the quantile
 constexpr int kToneSamples = 1000;
 constexpr int kMostToneRuns = 40;
 

@@ -17,8 +17,8 @@ struct ReplayInputs {
 
 /// Sums of tones within the declared ranges, slow compared with the sample period. Angles that may turn do so two and a
 /// half times. From the tenth sample on, some are missing or out of range, and once `stale_after` in a row are missing.
-/// An output that T* reads only relatively (flown_ranges.h) is shifted by a few W instead, and with `turns_relative` it
-/// moves by 0.8 W. `amplitude` scales the tones of inputs, and those of outputs except turning angles. The tones are
+/// An output that T* reads only relatively is shifted by a few of its wraps W (flown_ranges.h) instead. turns_relative
+/// moves it by 0.8 W. `amplitude` scales the tones of inputs, and those of outputs except turning angles. The tones are
 /// centred in `ranges` (n_r x 2: low, high), or in the declared ranges if `ranges` is empty.
 ReplayInputs replay_inputs(const Model& model, int stale_after, std::uint64_t seed, int samples, double amplitude = 1.0,
                            const Eigen::MatrixXd& ranges = {}, bool turns_relative = false);

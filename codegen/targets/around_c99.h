@@ -22,8 +22,8 @@ std::vector<NamedText> px4_module(const PreparedExport& prepared);
 /// which). Throws Error if c99() does, or if options().roles and the model do not determine an angle and a velocity.
 std::vector<NamedText> simplefoc(const PreparedExport& prepared);
 
-/// Returns the pair in `sources` ("src/") and templates/TARGET, filled with the values of every wrapper and with
-/// `more`.
+/// Returns the files of a wrapper: the C99 pair in the folder `sources` ("src/"), and templates/TARGET filled with the
+/// values that all wrappers share and with `more`.
 std::vector<NamedText> around_c99(const PreparedExport& prepared, const std::string& target,
                                   std::map<std::string, std::string> more = {}, const std::string& sources = "");
 

@@ -36,7 +36,7 @@ std::string facts(const Model& m) {
   constexpr std::size_t kLongestName = 28, kLongestFact = 84;
   std::string text;
   for (const auto& [name, fact] : m.provenance) {
-    // The whole experiment, which only the model file contains.
+    // A fact of several lines is the whole experiment, which only the model file contains.
     if (fact.find_first_of("\r\n") != std::string::npos) continue;
     text += fmt::format("//   {:<{}}  {}\n", safe_comment(name, kLongestName), kLongestName,
                         safe_comment(fact, kLongestFact));

@@ -16,7 +16,7 @@ struct CppNetwork {
   const FoldedNetwork& network;
   std::string field;  ///< its name in the model, for messages: "inverse_map"
   std::string layer;  ///< name of its layers: "Layer" for weights::kLayer1, ...
-  std::string type;   ///< name of its mlp's type: "Network"
+  std::string type;   ///< C++ type of the network: "Network"
   std::string reads;  ///< its inputs: "[z; y]"
   const QuantisedNetwork* quantised = nullptr;
   const FoldedErrorHead* error = nullptr;  ///< error head of T*, if any

@@ -16,7 +16,7 @@ enum class ScalarType {
 
 /// Storage format of the weights of layers. Biases and linear paths have the type of the scalar.
 enum class WeightType : std::uint8_t {
-  kFull,      ///< "float": the type of the scalar
+  kFull,      ///< "float" on the command line: the type of the scalar
   kBfloat16,  ///< "bf16"
   kFloat16,   ///< "fp16"
 };

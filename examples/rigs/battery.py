@@ -3,9 +3,9 @@
 """
 usage: examples/rigs/battery.py CHECKOUT OUT
 
-Drive cycles of the LG HG2 cell, from a checkout of Battery-State-of-Charge-Estimation: its processed files, 1 Hz, with the
-columns of trainer/experiments/battery.toml. Charging and characterisation tests are left out. OUT gets TEMPERATURE_CYCLE.csv,
-as 25degC_Mixed1.csv.
+Writes logs of drive cycles of the LG HG2 cell from the processed files (1 Hz) of a checkout of
+Battery-State-of-Charge-Estimation, with the columns of trainer/experiments/battery.toml. Charging and characterisation
+tests are left out. The files are OUT/TEMPERATURE_CYCLE.csv, for example 25degC_Mixed1.csv.
 """
 import re
 import sys

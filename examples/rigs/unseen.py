@@ -8,7 +8,7 @@ left out (program NLO, logs below LOGS). For each score and each set of logs tha
 share of missed samples (the error is over three times the validation error, but the score raises no flag) and the share
 of flagged samples. Thresholds are set to 1 % false flags on the validation logs. Needs numpy.
 
-  box       z in the model's domain, what in_domain() says
+  box       z is in the model's domain, as in_domain() tests it
   whole     Mahalanobis distance of v = [z; y; u]
   least 4   the four directions of v with the least variance
   rows      of v and the estimate, two directions w with the largest var(w . v over faults) / var(w . v over training)
@@ -62,7 +62,7 @@ class Observer:
         self.products = (sum(w.size for w, _ in self.layers) + self.skip.size + len(self.box[0]) + 2 * pairs +
                          2 * np.count_nonzero(number["output_injection"]))
 
-    def joined(self, modes):  # (..., modes) to (..., n_z)
+    def joined(self, modes):  # from (..., modes) to (..., n_z)
         pairs = np.stack([modes[..., :self.pairs].real, modes[..., :self.pairs].imag], -1)
         return np.concatenate([pairs.reshape(*modes.shape[:-1], -1), modes[..., self.pairs:].real], -1)
 

@@ -93,7 +93,7 @@ TEST(Activations, AnUntrainedActivationHasNoTrainingCode) {
 TEST_P(EachActivation, ValueAgreesWithTheRuntimeWithinItsAccuracy) {
   with_activation(row().kind, [&](auto kind) {
     over_inputs([&](double v) {
-      const double bound = (1.0 + std::abs(v)) * kTanh5e5MaxError;  // the least accurate one
+      const double bound = (1.0 + std::abs(v)) * kTanh5e5MaxError;  // the least accurate tanh
       EXPECT_NEAR(static_cast<double>(activate<kind()>(static_cast<float>(v))), row().value(v), bound) << v;
       EXPECT_NEAR(static_cast<double>(activation_slope<kind()>(v, row().value(v))), row().slope(v), bound) << v;
     });

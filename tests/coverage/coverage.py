@@ -95,7 +95,7 @@ def fly_exports(export_model, pool):
 
 
 def code_of(file, line, cache={}):
-    """Returns a line of a measured file; in exports without the name and the float suffix, which differ between them."""
+    """Returns a line of a measured file. In exports the name and the float suffix, which differ, are removed."""
     if file not in cache:
         cache[file] = pathlib.Path(file).read_text()
         if file.startswith(str(FLEET)):

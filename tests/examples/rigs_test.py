@@ -124,7 +124,7 @@ class Unseen(unittest.TestCase):
         score, cost = self.unseen.distance("v", self.training, 1)
         self.assertEqual(cost, 5)
         self.assertGreater(self.share(score, self.apart), 0.9)
-        self.assertAlmostEqual(self.share(score, self.wide), 0.01, delta=0.005)  # control: only false flags
+        self.assertAlmostEqual(self.share(score, self.wide), 0.01, delta=0.005)  # control: false flags only
 
     def test_rows_flag_wider_readings_but_not_readings_that_separate(self):
         score, _ = self.unseen.distance("v", self.training, 1, over=self.wide["v"] * [1, 1, 1e3, 1])

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An importer of FMI 2.0 for one FMU: it loads the library, uses only what modelDescription.xml declares, and compares
-// all estimates with the C99 pair, bit for bit. Compile it as load_fmu.c.
+// all estimates with the C99 pair, bit for bit. Compile it with the options of load_fmu.c.
 //   load_fmu2 LIBRARY modelDescription.xml
 #include "tests/fmi/importer.h"
 

@@ -32,7 +32,7 @@ VERSIONS = {
     "tests/install/components_test.sh": r"find_package\(nlo ([\d.]+)",
 }
 
-# Reference: why it may be broken.
+# For each reference that may be broken, the reason.
 GENERATED = "what a user exports"
 PLACEHOLDER = "stands for any name"
 REMOVED = "was removed, as the changelog says"

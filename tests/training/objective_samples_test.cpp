@@ -158,7 +158,7 @@ TEST(Objective, EarlyShareDrawsThatShareOfTheSamplesFromTheStart) {
     for (std::size_t k = 0; k < 10; ++k) run.states[k] += 1000.0F;
   }
   const double share = (problem.loss(problem.parameters, 0) - before) / 1e6;
-  // 20 of 50 samples by the share, and one in twenty of the other 30 by chance; tolerance: half a sample of error.
+  // early_share takes 20 of 50 samples, and chance one in twenty of the other 30; tolerance: half a sample of error.
   EXPECT_NEAR(share, 0.4 + 0.6 / 20.0, 0.02);
 }
 

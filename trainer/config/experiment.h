@@ -262,8 +262,8 @@ struct Experiment {
   /// Returns true if the inputs of the plant are not zero.
   bool moves_inputs() const { return excitation.has_value() || feedback.has_value(); }
 
-  std::string source_text;  ///< the text of format_experiment(), recorded in the model; it reads back to the same
-                            ///< experiment
+  std::string source_text;  ///< the text of format_experiment(), recorded in the model; reading it gives the
+                            ///< same experiment
 };
 
 }  // namespace nlo::trainer

@@ -54,10 +54,10 @@ std::string log_kind(const std::string& name);
 /// would be left. Groups with neighbouring names, which are often similar, are in different sets.
 std::vector<std::size_t> deal_groups(const std::vector<LogGroup>& groups, std::size_t folds);
 
-/// Returns one group for each text that the regular expression `pattern` finds in the file names (the first capture, or
-/// the whole match), sorted by that text; each of these groups is a kind. Without a pattern, returns one group for each
-/// file. `key`: the option or key with the pattern, for messages. Throws codegen::Error for a pattern that is wrong,
-/// too large, or finds nothing in a name.
+/// Returns groups of files, sorted by the text that the regular expression `pattern` finds in their names (the first
+/// capture, or the whole match). Files with the same text form one group, and each group is a kind. Without a pattern,
+/// each file is a group. `key`: the option or key with the pattern, for messages. Throws codegen::Error for a pattern
+/// that is wrong, too large, or finds nothing in a name.
 std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
                                  const std::string& key);
 

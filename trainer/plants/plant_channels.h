@@ -15,7 +15,7 @@ namespace nlo::trainer {
 class PlantChannels {
  public:
   /// Throws KeyError with a key of [plant] for lists of the wrong length, the sine of a state that is not an angle, an
-  /// unknown state or even channel, and a state named twice.
+  /// unknown state, an unknown name in [plant] even, and a state named twice.
   PlantChannels(const PlantConfig& config, const Plant& plant);
 
   const std::vector<Channel>& states() const { return states_.channels; }

@@ -105,7 +105,7 @@ class FlownEnclosure {
   }
 
  private:
-  /// Bounds the rounding error of any sum here, relative to the sizes of its terms, a few thousand at most.
+  /// Bound of the rounding error of a sum in this class, relative to the sum of |terms|, with a few thousand terms.
   static constexpr double kRounding = 1e-11, kRaised = 1.0 + kRounding;
   static_assert(kRounding > gamma(40000));
 

@@ -75,7 +75,7 @@ class MapSearch {
         float_(unfolded(*flown.folded.inverse_map(), codegen::inverse_map(model)->inputs()),
                codegen::Activations::kRuntime) {}
 
-  /// Returns |exported - exact| of each output, at q in +-1 of the region's box. Its inputs are floats.
+  /// Returns |exported - exact| of each output, at q in +-1 of the region's box. Inputs are rounded to float.
   Vector at(const Vector& q) const {
     const Vector in = region_.inputs * (region_.box.centre + region_.box.radius.cwiseProduct(q));
     const Eigen::VectorXf given = in.cast<float>();

@@ -100,7 +100,7 @@ struct Candidate {
 
 LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int starts, const Eigen::MatrixXd& points) {
   constexpr int kRounds = 60, kDraws = 120;
-  constexpr double kDifference = 1e-6, kFirstStep = 0.2, kLastStep = 1e-5;  // in half widths of the box
+  constexpr double kDifference = 1e-6, kFirstStep = 0.2, kLastStep = 1e-5;  // steps in half widths of the box
   constexpr double kMomentum = 0.7;
   const Domain domain = domain_of(model, of_output);
   const Eigen::Index n = domain.box.centre.size();

@@ -17,7 +17,7 @@ Eigen::Index readings_of_map(const codegen::Model& model);
 /// All [z; y] = inputs p with p in the box. Inputs that T* does not read have no width.
 struct MapRegion {
   InputBox box;
-  Eigen::MatrixXd inputs;  ///< n_z + n_r square
+  Eigen::MatrixXd inputs;  ///< (n_z + n_r) x (n_z + n_r)
 };
 
 /// Returns the region with these limits of p = [z; y], or with `relative` of [z - S y; y] as in in_domain().

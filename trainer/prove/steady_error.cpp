@@ -36,7 +36,7 @@ struct Examined {
   Vector moved;   ///< part of the bound from the width of the box, n_x
   Vector bent;    ///< part of the bound from the distance of T* from its tangent, n_x
   Eigen::Index split = 0;
-  int pieces = 1;  ///< number of pieces into which T* was divided there
+  int pieces = 1;  ///< number of pieces into which T* was divided in this box
   double urgency = 0.0;
 
   bool operator<(const Examined& other) const { return urgency < other.urgency; }

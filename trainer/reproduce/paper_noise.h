@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The paper-like reading of measurement noise: plant and latent system are one ODE, integrated together by RK4, and
-// each of its four stages draws its noise anew,
+// Measurement noise as the paper probably applies it: plant and latent system are one ODE, integrated together by RK4,
+// and each of its four stages draws its noise anew,
 //   dx/dt = f(x),   dz/dt = D z + F (h(x) + v),   v fresh at every stage   (and likewise for (11) and (15)).
 // To first order in the step, z therefore receives (v1 + 2 v2 + 2 v3 + v4) / 6. Its variance is 10/36 of the variance
 // of a sensor that is read once per step and held. No sensor behaves like this, but code that calls an ODE solver on

@@ -18,7 +18,7 @@ bool trains_whole_runs(const TrainingConfig& training);
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step);
 
 /// Returns the segments from which scales and the domain are computed: every run from its first sample, its mirror
-/// image, and a draw of the segments that training starts elsewhere.
+/// image, and a random sample of the segments that training starts later in a run.
 std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data);
 
 /// Samples of one group, in the order of time; a sample that was drawn twice counts twice.

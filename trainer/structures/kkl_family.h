@@ -25,7 +25,7 @@ class KklFamily : public TrainableStructure {
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override;
   std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const override;
   std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const override;
-  /// Returns the exact filter, unless the experiment asks for the general route.
+  /// Returns the exact filter, or lanes() by RK4 if [training] gradient is backprop or adjoint.
   std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment, const ObserverStructure& structure,
                                                   const std::vector<double>& steps_s, int threads) const override;
 

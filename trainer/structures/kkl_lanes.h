@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The KKL latent system (16), z' = D z + F y, by the general route, as in the paper. Tests compare the filter of
+// The KKL latent system (16), z' = D z + F y, as a differential equation, as in the paper. Tests compare the filter of
 // gradients/sensitivity/linear_latent.h with it. theta: parameters of the eigenvalues, as there.
 #pragma once
 

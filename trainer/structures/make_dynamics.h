@@ -11,9 +11,9 @@
 
 namespace nlo::trainer {
 
-/// Returns the dynamics with which training rolls a structure out: the filter if the latent system is linear and
-/// [training] gradient does not ask for the general route.  steps_s: the distinct steps of the data, which must outlive
-/// the result.
+/// Returns the dynamics with which training rolls a structure out: the exact filter if the latent system is linear and
+/// [training] gradient is automatic, else the equations by RK4.
+///   steps_s  the distinct steps of the data, which must outlive the result
 std::unique_ptr<LatentDynamics> make_dynamics(const Experiment& experiment, const ObserverStructure& structure,
                                               const std::vector<double>& steps_s, int threads);
 

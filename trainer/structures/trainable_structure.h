@@ -22,7 +22,7 @@ template <class Section>
 struct Key;
 class Draws;
 
-/// Numbers of an observer's channels. An angle as sine and cosine counts as two.
+/// Numbers of channels of an observer. An angle as sine and cosine counts as two.
 struct ChannelCounts {
   int states = 0, outputs = 0;
   int inputs = 0;       ///< inputs of the plant or of the logs
@@ -92,13 +92,13 @@ class TrainableStructure {
   virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,
                                               const Experiment& experiment) const = 0;
 
-  /// Returns the right-hand side of the latent system for the general route, or null if the latent system is no
-  /// differential equation. In float; tests of gradients have a version in double.
+  /// Returns the right-hand side of the latent system for RK4 in float, or null if the latent system is not a
+  /// differential equation. lanes_in_double() is for tests of gradients.
   virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
   virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
 
   /// Replaces parameters by the nearest ones that the structure allows, after each step of the optimiser and of the
-  /// average. Most structures allow all.
+  /// average. Most structures allow all parameters.
   virtual void constrain(const ObserverStructure&, float* /*parameters*/) const {}
 
   /// Returns the forward and backward passes of the latent system for training. By default, these are lanes() by

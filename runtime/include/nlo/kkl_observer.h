@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Kazantzis-Kravaris/Luenberger observer (16): dz/dt = D z + F y, x_hat = T*(z), stepped at the rate y is sampled.
+// Kazantzis-Kravaris/Luenberger observer (16): dz/dt = D z + F y, x_hat = T*(z), with one step per sample of y.
 // If the plant has known inputs, F and T* read [y; u] instead of y.
 // A model is a constant (flash). An observer holds a reference to it and n_z + n_y scalars of state (RAM).
 //
@@ -25,7 +25,7 @@
 
 namespace nlo::inline NLO_ISA {
 
-/// The latent system: D, F, their discretisation over one sample period, and the start of z.
+/// The latent system: D, F, their discretisation over one sample period, and the initial z.
 template <class Scalar, int kNz, int kNy>
 struct LatentModel {
   Hold hold;
@@ -39,8 +39,8 @@ struct LatentModel {
   /// changes neither. Angles are always relative.
   bool relative[kNy] = {};
 
-  /// The hold of steps over another time than the sample period. RK4 is replaced by the exact ramp that it
-  /// approximates, because RK4 is stable only for short steps.
+  /// Returns the hold of steps that are shorter or longer than one sample period. The exact ramp replaces RK4, which
+  /// approximates it, because RK4 is stable only for short steps.
   constexpr Hold exact_hold() const { return hold == Hold::kRk4 ? Hold::kFirstOrder : hold; }
 };
 
@@ -73,7 +73,7 @@ void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[
   }
 }
 
-/// A trained observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// A trained observer as a constant. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kPairs_, class InverseMap_, int kNu_ = 0,
           Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, Saturation kSaturation_ = Saturation::kNone,
           class Computed_ = NoComputed>
@@ -86,7 +86,7 @@ struct KklModel {
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
   static constexpr int kNf = kNf_;             ///< outputs that may be missing
-  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, inputs, stalenesses of the kNf outputs
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, inputs, staleness of each of the kNf outputs
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr Saturation kSaturation = kSaturation_;
   static constexpr int kPairs = kPairs_;
@@ -109,8 +109,8 @@ struct KklModel {
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
 
-  /// Advances z: z+ = A z + B0 y_k + B1 y_{k+1}. A step over another time than the sample period (dt_s > 0) computes A,
-  /// B0 and B1 first, with some 60 operations per mode.
+  /// Advances z: z+ = A z + B0 y_k + B1 y_{k+1}. dt_s: length of the step [s]; 0: one sample period. If dt_s > 0, the
+  /// step computes A, B0 and B1 first, with some 60 operations per mode.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0)) return nlo::advance<kPairs, kArithmetic>(latent.step, z, y, y_next);

@@ -73,7 +73,7 @@ constexpr ChannelHealth never_arrived(std::uint32_t not_due) {
 }
 
 /// Returns the health of a slow output for its status. While no sample is due, it is 0. If the output is late by more
-/// than half its period, it counts the samples since the output was due. With a clamped value in use, it counts all.
+/// than half its period, it counts the samples since the output was due. If a clamped value is in use, it counts all.
 ///   health  counts all samples since the output was last used unchanged; kClampedBit: a clamped value is in use
 constexpr ChannelHealth due_health(ChannelHealth health, std::uint32_t not_due) {
   const std::uint32_t count = health >> 2U, clamped = health >> 1U & 1U;
@@ -90,7 +90,7 @@ constexpr ChannelHealth absent_health(ChannelHealth last, int missed, std::uint3
   return static_cast<ChannelHealth>(next & ~(static_cast<std::uint32_t>(late) * kClampedBit));
 }
 
-/// Returns the health from which the status of such an output follows: kOk until it is late, then kHeld, never kStale.
+/// Returns the health for the status of a slow output with may_fail: kOk until it is late, then kHeld, never kStale.
 constexpr ChannelHealth due_health_of_failing(ChannelHealth health, std::uint32_t not_due) {
   const std::uint32_t clamped = health >> 1U & 1U;
   const ChannelHealth due = due_health(static_cast<ChannelHealth>(health & ~std::uint32_t{kClampedBit}), not_due);

@@ -203,7 +203,7 @@ struct LearnedMap {
   [[no_unique_address]] ClockProducts_ products{};
   [[no_unique_address]] Fallback_ fallback{};
 
-  /// out = map(in), n_out; in, n_in: for T* this is [z; y] or z. log2_sigma, n_out: see error_head.h.
+  /// Computes out = map(in), n_out. in: n_in values, for T* [z; y] or z. log2_sigma: n_out values, see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void evaluate(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
     if constexpr (kHasClockProducts) {
@@ -216,7 +216,7 @@ struct LearnedMap {
   }
 
  private:
-  /// in: inputs and products.
+  /// Computes the map. in: kReads values, the inputs and the products.
   template <Arithmetic kArithmetic, class... Log2Sigma>
   void evaluate_all(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
     if constexpr (sizeof...(Log2Sigma) == 0) {

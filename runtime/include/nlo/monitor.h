@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Detects in flight that an estimate is wrong: a plant other than that of the training, a worse or dead sensor, a state
-// that training never reached. It watches the innovation (the difference between the change of an output and the
-// change that was predicted one sample earlier), the distance of z from training, and the difference between T* and a
-// linear fit of it:
+// Detects in flight that an estimate is wrong because the plant is not that of the training, a sensor is worse or dead,
+// or training never reached the state. The monitor watches the innovation (the change of an output minus the change
+// that was predicted one sample earlier), the distance of z from training, and the difference between T* and a linear
+// fit of it:
 //
 //   off_r = (z - S y - mean)_r / deviation_r
 //   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / (deviation_j (1 + motion_j mean_r |off_r|))
@@ -17,8 +17,8 @@
 // A slow output (measurement.h) has an innovation when it arrives. Between its samples it keeps its last innovation and
 // is not missing. It is missing once it is late by half its period. Its r is not watched and stays 0.
 //
-// Alarm while one of p / max(v, least_variance), v, |r|, d, q, b is above its limit. Limits come from runs or logs like
-// those of the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as
+// The alarm is raised while one of p / max(v, least_variance), v, |r|, d, q, b is above its limit. Limits come from
+// runs or logs like those of the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as
 // kLargestInnovation at most, so that one outlier raises no alarm.
 //
 // usable_outputs() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is
@@ -73,19 +73,19 @@ class Monitor {
     Scalar y, predicted, last;  // the last reading, the change predicted from there [deviations], the last innovation
     Scalar missing_share;
     Scalar raw;             // the last finite measurement, used or not
-    Scalar moved;           // predicted change since that measurement began to repeat [deviations]
-    std::uint16_t equal;    // repetitions of it in a row, not counted at rest; kFrozen: frozen until it changes
-    std::uint8_t rejected;  // in a row
+    Scalar moved;           // predicted change since `raw` began to repeat [deviations]
+    std::uint16_t equal;    // repetitions of `raw` in a row, none at rest; kFrozen: until `raw` changes
+    std::uint8_t rejected;  // rejections in a row
     std::uint8_t missing;   // in the sample that watch() judges next; not a bool, because a bit flip may make any byte
   };
-  /// Everything that a monitor changes.
+  /// The state of a monitor: everything that a sample changes.
   struct State {
     OutputState outputs[kNy];
     Scalar distance[Model::kWindows];
     Scalar disagreement[kNx];
     Scalar place;  // mean |off| of the last sample
     Scalar level;
-    int samples;  // since the start, until armed
+    int samples;  // number since the start; stops when armed
     Alarm alarm;
     std::uint8_t gated;  // 1: usable_outputs() was called for the sample that watch() judges next
   };
@@ -163,9 +163,9 @@ class Monitor {
     return usable_outputs(y, observer);
   }
 
-  /// Judges a sample, after each step of `observer`, with its estimate. Without usable_outputs() before the step,
-  /// nothing is rejected, and the alarms are the same. Returns kReset if that step has reset the observer, or if the
-  /// monitor's memory is corrupted.
+  /// Judges the latest step of `observer`; call it after each step, with the estimate of that step. Without
+  /// usable_outputs() before the step, nothing is rejected, and the alarms are the same. Returns kReset if that step
+  /// has reset the observer, or if the monitor's memory is corrupted.
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
@@ -220,8 +220,8 @@ class Monitor {
 
   [[nodiscard]] constexpr State save() const { return state_; }
 
-  /// Continues from a saved state, beside the observer's restore(). Returns false and changes nothing if watching
-  /// cannot reach that state.
+  /// Continues from a saved state. Call it together with the observer's restore(). Returns false and changes nothing if
+  /// watch() cannot lead to that state.
   [[nodiscard]] constexpr bool restore(const State& saved) {
     if (!is_reachable(saved)) return false;
     state_ = saved;
@@ -275,8 +275,8 @@ class Monitor {
     return good;
   }
 
-  /// A jump of the true state looks like outliers until the gate accepts the sensor again, at the latest after the time
-  /// that the monitor takes to arm.
+  /// Returns the limit of rejections in a row, at most the samples that the monitor takes to arm. A jump of the true
+  /// state looks like outliers until the gate accepts the sensor again.
   constexpr int most_rejected() const {
     return model_->armed_after < kMostRejected ? model_->armed_after : kMostRejected;
   }
@@ -315,7 +315,7 @@ class Monitor {
     return limited(multiply_add(change, model_->per_deviation[j], -own.predicted) / size, kFar);
   }
 
-  /// Returns true if a prediction may replace a missing measurement: it is for one sample period.
+  /// Returns true if a prediction may replace a missing measurement. After a gap it may not: it is for one period.
   constexpr bool may_replace(int j, bool gap) const {
     return model_->replaces[j] != 0 && armed() && !gap && state_.outputs[j].rejected < most_rejected();
   }

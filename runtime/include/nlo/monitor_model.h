@@ -13,7 +13,7 @@ enum class Alarm : std::uint8_t {
   kNone,
   kInnovationMean,         ///< predictions are biased for longer than noise explains: plant, parameters or sensor bias
   kInnovationVariance,     ///< more noise than in training
-  kInnovationCorrelation,  ///< successive prediction errors are correlated: plant or parameters
+  kInnovationCorrelation,  ///< successive innovations are correlated: the plant or its parameters differ
   kLatentDistance,         ///< z is in a region that training seldom reached
   kMissing,                ///< too many measurements of one output are missing, frozen or rejected by the gate
   kDisagreement,           ///< T* and its linear fit disagree: the estimate extrapolates

@@ -21,22 +21,22 @@
 
 namespace nlo::inline NLO_ISA {
 
-/// Constants of a model that the compiler knows.
+/// Compile-time constants of a model.
 template <class M>
 concept HasSizes = requires {
   typename M::Scalar;
-  M::kNx;          // estimate
-  M::kNy;          // outputs
-  M::kNz;          // latent state
-  M::kNu;          // known inputs of the plant
-  M::kNf;          // outputs that may be missing
-  M::kNr;          // readings, the values that F and T* read: [y] or [y; u], then the stalenesses of the kNf outputs
-  M::kLongestGap;  // sample periods that one step may span
+  M::kNx;              // estimate
+  M::kNy;              // outputs
+  M::kNz;              // latent state
+  M::kNu;              // known inputs of the plant
+  M::kNf;              // outputs that may be missing
+  M::kNr;              // readings, the values that F and T* read: [y] or [y; u], then the staleness of each kNf output
+  M::kLongestGap;      // sample periods that one step may span
   M::kHasSteadyState;  // z settles at S y for constant y: `latent` has steady_gain S and starts_steady
   M::kMayDiverge;      // stability is not proven: every step is checked for overflow
 };
 
-/// Values of a model.
+/// Data members of a model.
 template <class M>
 concept HasValues = requires(const M& model) {
   model.sample_period_s;
@@ -48,13 +48,13 @@ concept HasValues = requires(const M& model) {
 
 /// Equations of a model. `y` holds all readings.
 ///   advance(z, y, y_next, dt_s)             advances z in place over dt_s seconds; 0: one sample period
-///   advance(z, y, y_next, u, u_next, dt_s)  the same for inputs that are no readings (acting_inputs.h)
+///   advance(z, y, y_next, u, u_next, dt_s)  the same for inputs that are not readings (acting_inputs.h)
 ///   advance(z, y, y_next, arrived, dt_s)    the same for a model with kReadsArrivals: arrived[j], n_y, is false if
 ///                                           output j was not measured and y_next holds its last value
 ///   estimate(z, y, x_hat)                   x_hat = T*(z, y)
 ///   start(y, z)                             optional: sets z at the first measurement, after z = initial + S y
 ///   start(y, arrived, z)                    the same for a model with kReadsArrivals
-/// A model for the deterministic policy, or with inputs that are no readings, defines them as templates on the policy.
+/// A model for the deterministic policy, or with inputs that are not readings, defines them as templates on the policy.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {
@@ -106,7 +106,7 @@ class ObserverCore {
   static constexpr int kNf = Model::kNf;
   static constexpr bool kSlow = kHasSlowOutputs<Model>;   ///< outputs have periods of their own
   static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< inputs are readings
-  static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that are no readings
+  static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that are not readings
   using Latent = Vector<Scalar, kNz>;
   using Estimate = Vector<Scalar, kNx>;
   using State = ObserverState<Scalar, kNr, kNz, kActing>;
@@ -177,7 +177,7 @@ class ObserverCore {
            static_cast<int>(model_->domain.contains(relative_latent().values));
   }
 
-  /// Returns true if intervals hold: z is in the domain, and no reading is stale or out of range.
+  /// Returns true if the intervals of estimate_with_error() hold: z is in the domain, no reading is stale or clamped.
   [[nodiscard]] constexpr bool error_is_known() const {
     return (static_cast<int>(in_domain()) & static_cast<int>(state_.status < StepStatus::kStale)) != 0;
   }
@@ -224,7 +224,7 @@ class ObserverCore {
     Arrivals arrived = finite_outputs(y);
     const Missing missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
-    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // kept if the new one is held
+    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // validate() overwrites usable ones
     InputMemory<Scalar, kActing> u_next = state_.input;
     const bool held = validate<kRegular>(y, u, y_next, u_next, dt_s);
     update_status(missing);
@@ -233,10 +233,10 @@ class ObserverCore {
     if (state_.started == 1) {
       reachable = advance(y_next, arrived, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];                      // y <- y_next
-      turn_back<kArithmetic>(*model_, state_.y, state_.z);  // whole turns a: y <- y - a, z <- z - S a
+      turn_back<kArithmetic>(*model_, state_.y, state_.z);  // removes whole turns a: y - a, z - S a
     } else {
       if (!is_reachable<Model>(state_, model_->outputs)) return reset_after_corruption();
-      if (held && !(kSlow && all_known())) {  // nothing to hold yet
+      if (held && !(kSlow && all_known())) {  // no value to start from yet
         keep_slow(y_next);
         return state_.status;
       }
@@ -437,8 +437,8 @@ class ObserverCore {
     Scalar(&z)[kNz] = kInPlace ? state_.z : copy;
     for (int r = 0; !kInPlace && r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
-      // The input given now has acted since the last sample. Both ends of the interval get it, so that the first-order
-      // hold of the outputs, a ramp, is constant for it.
+      // With zero-order hold, the input of this step has acted since the last sample. Both ends of the interval get
+      // this input, so that its ramp, by the first-order hold of the outputs, is constant.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     bool reachable = false;
@@ -456,12 +456,12 @@ class ObserverCore {
       model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
     if constexpr (Model::kMayDiverge) {
-      if (!is_reachable(z) && is_reachable(state_.z)) {  // the old z is kept; later measurements may bring it back
+      if (!is_reachable(z) && is_reachable(state_.z)) {  // keeps the old z, which may recover later
         state_.status = StepStatus::kDiverged;
         return false;
       }
     }
-    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
+    // Tiny values become 0. Otherwise z would stay subnormal while y is 0, and subnormals are slow on some cores.
     constexpr Scalar kTiny = Scalar(0x1p-100);
     if (kInPlace && reachable) [[likely]]
       return true;

@@ -120,7 +120,7 @@ constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first
 }
 
 /// T*: scales the inputs to Q15, evaluates the integer network, scales its sums to float, adds the linear path, and
-/// falls back to rows where the result is far from them.
+/// falls back to its linear rows (FallbackRows) where the result is far from them.
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ClockProducts_ = NoClockProducts,
           class Fallback_ = NoFallback>
 struct QuantisedMap {

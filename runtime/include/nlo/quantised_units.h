@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gated units (gated_observer.h) in int16, for cores without an FPU. They need half the flash. A step in integers:
+// Gated units (gated_observer.h) in int16, for cores without an FPU. They need half the flash of float. A step:
 //   q      = [z; saturate((y - centre) gain)]                     Q15
 //   [s; g] = (1 + tanh(gates(q))) / 2,   c = tanh(candidate([g z; q_y]))       by the table of int16.h, Q15
 //   z+     = z + s (c - z)                                        s and c - z in Q15, z in Q23

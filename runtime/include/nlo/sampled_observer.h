@@ -70,9 +70,9 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return take<true>(y, {}, Scalar(0)); }
   [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kMeasured == 1 && !kDriven) { return step(Output{{y}}); }
 
-  /// The same over dt_s seconds, for jitter and after missed samples. A step over more than 1.5 sample periods has the
-  /// status of round(dt_s / period) - 1 missed samples (kHeld or kStale), and so has each channel. The measurement is
-  /// used nevertheless, and the next step of one sample period counts from 0 again.
+  /// Advances the observer by dt_s seconds, for jitter and after missed samples. If dt_s is over 1.5 sample periods,
+  /// the observer and each channel have the status of round(dt_s / period) - 1 missed samples (kHeld or kStale). The
+  /// measurement is used nevertheless, and the next step of one sample period counts from 0 again.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
     return take<false>(y, {}, dt_s);
   }

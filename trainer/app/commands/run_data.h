@@ -40,7 +40,7 @@ RunData simulated_data(const Experiment& experiment);
 /// Throws codegen::Error.
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet);
 
-/// An experiment between draft and training, with its data.
+/// An experiment that is prepared for its training, with its data.
 struct PreparedRun {
   Experiment experiment;
   RunData data;          ///< empty until its logs are read or its plant is simulated

@@ -433,7 +433,7 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   fitted.gate = drop_harmful_gates(model, monitor, trial, block, pool);
   fitted.gate.replacing = replacing;
 
-  // Statistics first, then their limits.
+  // Computes the largest statistics of all blocks, and then the limits.
   std::vector<VectorXd> maxima;
   for (int chunk = 0; chunk < limits.chunks; ++chunk) {
     const std::vector<VectorXd> own = block_maxima(model, monitor, limits.chunk(chunk), block, pool);

@@ -29,7 +29,7 @@ AlarmCount count_alarms(const std::vector<codegen::WatchedRun>& runs, double sam
 struct MonitorRow {
   std::string condition;
   double error = 0.0;     ///< norm of x - x_hat once armed, without the gate
-  double ratio = 0.0;     ///< ratio to the first row
+  double ratio = 0.0;     ///< error / error of the first row
   double gated = 0.0;     ///< norm with the gate
   double rejected = 0.0;  ///< share of the measurements that the gate rejected
   AlarmCount alarms;

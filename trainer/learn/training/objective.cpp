@@ -208,7 +208,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
   prepare_networks(network, eigenvalues, backward);
   const double by_logarithm = share_by_logarithm(network);
-  // The end of a segment may also be a running sample. Two threads must not add to its cotangent at the same time.
+  // The end of a segment may also be a sample of the running cost. Two threads must not add to its cotangent at once.
   used_chunks_ = 0;
   const std::size_t ends = blocks_.first_terminal();
   for (const auto& [first, last] : {std::pair{std::size_t{0}, ends}, {ends, blocks_.all().size()}}) {

@@ -129,8 +129,8 @@ struct CandidateErrors {
   std::vector<std::optional<Eigen::RowVectorXd>> readings;  ///< errors of the outputs in the state's unit
 };
 
-/// Returns the squares of T* that falls back to row `c`, for each reach. The errors of T* and of the row differ by the
-/// distance of both.
+/// Returns the mean square error of a T* that falls back to row `c`, for each reach. The distance between T* and the
+/// row is the difference of their errors.
 std::array<double, kReaches.size()> squares_with_fallback(const CandidateErrors& errors, std::size_t c,
                                                           const VectorXd& weights) {
   std::array<double, kReaches.size()> squares{};
@@ -225,7 +225,7 @@ JudgedSet squares_on(const codegen::Model& model, const FittedRows& rows, const 
 
 namespace {
 
-/// Returns the fallback to the first `columns` inputs of each row whose state has a reach > 0.
+/// Returns the fallback of the states with a reach > 0. Each falls back to its row, on the first `columns` inputs.
 codegen::Fallback fallback_to(const MatrixXd& rows, const VectorXd& reach, Index columns) {
   codegen::Fallback fallback;
   for (Index i = 0; i < reach.size(); ++i)

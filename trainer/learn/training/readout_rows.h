@@ -75,7 +75,7 @@ std::optional<FittedRows> fit_rows(const codegen::Model& model, const Rollout& t
 /// Returns squared errors of T* and of every candidate on samples, whose weights have a sum > 0.
 JudgedSet squares_of(const codegen::Model& model, const FittedRows& rows, const SampledTruth& samples);
 
-/// Returns squares_of() on samples of `judged`. Empty if no truth counts there.
+/// Returns squares_of() on samples of `judged`. Empty if no truth counts in `judged`.
 JudgedSet squares_on(const codegen::Model& model, const FittedRows& rows, const Rollout& judged);
 
 /// Writes the selected readouts into T*: shares(i) of its last layer, plus 1 - shares(i) of row i. If reach(i) > 0, row

@@ -376,7 +376,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
     if (!squares.all.empty()) shipped.left_out.push_back({std::move(squares), {}});
   });
   if (chooses_readout && rows) {
-    // The same evidence chooses here and for all logs, so that a training without some of them ships the same readouts.
+    // Errors on left-out logs choose, of this training or of those in `evidence`, so that both ship the same readouts.
     std::vector<JudgedSet> chooses;
     for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
       chooses.push_back(group.squares);

@@ -38,7 +38,7 @@ NLO_INLINE constexpr T select(bool condition, T usual, T other) {
       return usual;
     return other;
   } else {
-    using Mask = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;  // at least a register wide
+    using Mask = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;  // 32 bits or more: registers
     using Small = std::conditional_t<sizeof(T) == 1, std::uint8_t, std::uint16_t>;
     using Bits = std::conditional_t<sizeof(T) <= 2, Small, Mask>;
     Mask mask = Mask{0} - Mask{condition};
