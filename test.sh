@@ -76,7 +76,7 @@ release() {
     run_ctest release
 }
 
-# clang++ here: the second opinion on warnings comes with it. Sanitizers watch what parses, steps and trains; --full
+# This build uses clang++ for a second opinion on warnings. Sanitizers watch code that parses, steps and trains; --full
 # watches all of it, and does without precompiled headers and joined sources, which takes several times as long and shows
 # whether every source includes what it uses. Four checks of every pointer are for --full: they take as long to compile as
 # all the others together, and what they would find the address sanitizer sees too, or an emulated Cortex-M0+ that traps.

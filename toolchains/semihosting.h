@@ -13,7 +13,7 @@ void board_write(const char* text);
 /* Ends the emulator: exit status 0 for 0, else 1. */
 void board_exit(int status) __attribute__((noreturn));
 
-/* Handles every exception that has no own handler: reports it and ends the emulator. */
+/* Handles each exception without a handler of its own: reports it and ends the emulator. */
 void Fault_Handler(void);
 
 #ifdef __cplusplus

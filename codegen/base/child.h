@@ -23,7 +23,7 @@ struct ChildEnd {
 ChildEnd end_of_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience, const std::string& output = "");
 
-/// As above. Returns only the failure.
+/// Runs end_of_child() and returns only the failure; empty on success.
 std::string run_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience);
 

@@ -61,7 +61,7 @@ std::string filled(std::string_view given, const Values& values) {
     result += text.substr(0, at);
     if (at == std::string_view::npos) return result;
     const std::size_t end = text.find_first_not_of(kKey, at + 1);
-    if (end == std::string_view::npos || end == at + 1 || text[end] != '@') {  // a plain @
+    if (end == std::string_view::npos || end == at + 1 || text[end] != '@') {  // not a key: an @ of the text
       result += '@';
       text.remove_prefix(at + 1);
       continue;

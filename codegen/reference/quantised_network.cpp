@@ -52,14 +52,14 @@ Eigen::Index padded_rows(Eigen::Index rows) {
 }
 
 Eigen::Index packed_bytes(const QuantisedNetwork& n) {
-  const auto numbers = [](Eigen::Index count) { return 4 * count; };  // float and int32
+  const auto numbers = [](Eigen::Index count) { return 4 * count; };  // bytes of floats or int32
   const Eigen::Index fallbacks = n.fallback.rows.rows();
   Eigen::Index bytes = numbers(n.centre.size() + n.gain.size() + n.scale.size() + n.linear_path.size() +
                                static_cast<Eigen::Index>(n.products.size()) +  // two indices of 16 bits
                                n.fallback.rows.size() + 2 * fallbacks + (fallbacks + 1) / 2);
   for (const QuantisedLayer& layer : n.layers) {
     const Eigen::Index pairs = (layer.weights.cols() + 1) / 2, rows = padded_rows(layer.weights.rows());
-    bytes += numbers(pairs * rows + rows);  // a pair of weights, a bias
+    bytes += numbers(pairs * rows + rows);  // 32 bits for a pair of weights or a bias
   }
   return bytes;
 }

@@ -141,7 +141,7 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
     Health& h = health_[static_cast<std::size_t>(channel)];
     const bool good = !held && !clamped;
     const bool is_slow = not_due_[static_cast<std::size_t>(channel)] > 0;
-    const bool in_use = is_slow && h.clamped && held;  // the clamped value
+    const bool in_use = is_slow && h.clamped && held;  // the clamped value is still in use
     h.count = (h.held || h.clamped ? h.count : 0) + missed;
     if (clamped && !h.clamped) h.count = late(static_cast<std::size_t>(channel));
     h = {good && missed == 0 ? 0 : std::min(h.count + (good ? 0 : 1), kMost), held, clamped || in_use, missed > 0};

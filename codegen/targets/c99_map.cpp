@@ -306,7 +306,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
   text += product_table(*folded.inverse_map()) + fallback_tables(*folded.inverse_map(), init) + "\n";
-  if (!quantised.units) text += c99_integer_arithmetic(quantised);  // else before the step
+  if (!quantised.units) text += c99_integer_arithmetic(quantised);  // gated units write it before the step
 
   text += estimate_head(name, m, folded, init);
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);

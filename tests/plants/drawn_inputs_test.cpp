@@ -237,7 +237,7 @@ std::uint64_t hash_of(const Eigen::RowVectorXd& u) {
   return hash;
 }
 
-// Recorded once: each compiler, library and processor must draw these bits.
+// These hashes were recorded once: each compiler, library and processor must draw the same bits.
 TEST(DrawnInputs, AreTheSameBitsOnEveryMachine) {
   const std::vector<std::pair<InputSignal, std::uint64_t>> recorded = {
       {InputSignal::kConstant, 11519577038721210741ULL}, {InputSignal::kSteps, 3124791327631828900ULL},

@@ -40,8 +40,8 @@ const OfOneVariable kFunctions[] = {
     {"quotient", [](const TaylorModel& x) { return TaylorModel(1.0) / (TaylorModel(2.0) + x * x); },
      [](double x) { return 1.0 / (2.0 + x * x); }, 0.5}};
 
-/// The bound of the difference between the model and the true f. On a box without width f is constant, so the test
-/// compares over small boxes around points.
+/// The bound of the difference between the model and the true f. On a box of width zero, f would be constant, so the
+/// test compares over small boxes around points.
 TEST(TaylorModel, EnclosesEveryPointOfTheBox) {
   std::mt19937 engine(1);
   std::uniform_real_distribution<double> within(-1.0, 1.0);

@@ -6,7 +6,7 @@
 enum { kWriteString = 4, kExit = 0x18 };
 
 // The sequence that a debugger or an emulator answers: operation in a0, its argument in a1. Its three instructions must
-// not be compressed, and on one page.
+// not be compressed, and must be on one page.
 static void call_host(int operation, const void* argument) {
   register int a0 __asm__("a0") = operation;
   register const void* a1 __asm__("a1") = argument;

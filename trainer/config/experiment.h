@@ -49,7 +49,7 @@ struct SimulationConfig {
   std::vector<double> initial_low, initial_high;    ///< the training box, n_x each; a state with equal limits is fixed
   std::vector<double> initial_centre;               ///< c of the circle, n_x; empty: the origin
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
-  std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
+  std::vector<std::vector<double>> initial_states;  ///< the initial states of a list, n_x each
   std::vector<double> process_noise;                ///< n_x, standard deviation per sqrt(s); empty: none
   // For simulated runs that are added to logs in training:
   NoiseConfig noise;    ///< noise of their sensors, drawn once for each run; logs contain their own noise
@@ -153,7 +153,7 @@ struct LossConfig {
   std::map<std::string, double, std::less<>> weights = {{"state_error", 1.0}};  ///< by name; 0 if a term is not named
   Reduction reduction = Reduction::kMean;
   EquationPoints collocation = EquationPoints::kData;
-  std::vector<double> collocation_low, collocation_high;  ///< the box, n_x each
+  std::vector<double> collocation_low, collocation_high;  ///< the box of the points, n_x each
   int collocation_points = 2048;
   ErrorScale scale = ErrorScale::kPhysical;
 

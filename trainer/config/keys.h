@@ -19,9 +19,9 @@ template <class Section>
 struct Key {
   std::string name;
   std::string type;     ///< in words, with the range
-  std::string meaning;  ///< with the unit
+  std::string meaning;  ///< for the help, with the unit
   std::function<void(Section&, const Toml&, const std::string& where)> read;
-  std::function<std::string(const Section&)> show;  ///< as a TOML value
+  std::function<std::string(const Section&)> show;  ///< returns the value as TOML
   bool only_when_given = false;                     ///< not written to an experiment's text if it has its default
 };
 

@@ -149,8 +149,8 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
       q = next;
       value = there;
     }
-    // Where two singular values meet, the norm has a kink, along which gradients do not lead. Random draws can follow
-    // it.
+    // Where two singular values meet, the norm has a kink. Gradients do not lead along a kink, but random draws can
+    // follow it.
     step = kFirstStep;
     for (int i = 0; i < kDraws && step > kLastStep; ++i) {
       const Eigen::VectorXd next = (q + step * draw()).cwiseMax(-1.0).cwiseMin(1.0);

@@ -13,7 +13,7 @@
 
 namespace nlo::trainer::reproduction {
 
-/// A CSV text with one line for each cell and reading:
+/// A CSV text with one line for each cell and each way to compute the error (`reading`: strict or paper_like):
 ///   table,row,column,reading,metric,paper,mean,deviation,relative_to_paper,seed_1,...,seed_n
 /// Fields without a number are empty.
 class NumbersCsv {
@@ -30,7 +30,7 @@ class NumbersCsv {
   std::size_t seeds_ = 0;
 };
 
-/// Returns the CSV text of all tables, each cell in both readings.
+/// Returns the CSV text of all tables, with the strict and the paper-like error of each cell.
 std::string numbers_csv(const Section& section);
 
 /// Returns a CSV text with named columns of equal length.

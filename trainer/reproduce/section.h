@@ -79,7 +79,7 @@ constexpr double kTolerance = 0.35;
 /// Returns mean / paper - 1 of the paper-like values; empty without a number of the paper.
 std::optional<double> deviation_from_paper(const Cell& cell);
 
-/// Returns true if the cell differs by more than kTolerance and is marked.
+/// Returns true if the cell is marked: it differs from the paper by more than kTolerance.
 bool is_outside(const Cell& cell);
 
 }  // namespace nlo::trainer::reproduction

@@ -16,7 +16,7 @@ const NoiseConfig kNone{}, kGaussian{NoiseKind::kGaussian, 0.5};
 const Eigen::Vector2d kStart(-0.5, 0.5);
 constexpr double kShownS = 30.0, kTransientS = 10.0, kEndS = 50.0;
 
-/// Returns the table of a figure: for each curve the error of the whole run in both readings.
+/// Returns the table of a figure: for each curve the strict and the paper-like error of the whole run.
 ComparisonTable run_errors(const Workbench& bench, const std::vector<Runs>& curves,
                            const std::vector<std::string_view>& experiments, const Eigen::VectorXd& x0,
                            const std::vector<NoiseConfig>& noises) {

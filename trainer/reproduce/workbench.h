@@ -67,8 +67,8 @@ class Workbench {
   /// Returns the plant's runs of a trial, without noise.
   Dataset truth(const Trial& trial) const;
 
-  /// Returns the error in both readings for all seeds, over t >= from_s. The paper-like error is divided by the RMS of
-  /// the state over the whole run.
+  /// Returns the strict and the paper-like error for all seeds, over t >= from_s. The paper-like error is divided by
+  /// the RMS of the state over the whole run.
   Cell measure(const Trial& trial, std::optional<double> paper = std::nullopt, double from_s = 0.0) const;
 };
 

@@ -283,7 +283,7 @@ Rollout::LastArrival Rollout::last_arrival(const Segment& segment, std::size_t f
       failing < segment.outages.size() && segment.outages[failing].from == 0 && segment.outages[failing].to > 0;
   for (int age = 1; !out && age <= most && age <= segment.start; ++age)
     if (!std::isnan(y[segment.start - age])) return {sign * y[segment.start - age], age - 1};
-  return {0.0F, most + 1};  // it has never arrived
+  return {0.0F, most + 1};  // no sample has arrived yet
 }
 
 /// Replaces missing outputs as in nlo/sensor_failures.h: a missing output decays to its mean, and its staleness rises.

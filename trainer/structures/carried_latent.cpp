@@ -41,7 +41,7 @@ std::vector<float> CarriedLatent::attitudes(const SegmentGroup& group) const {
       const double step_s = steps_s_[group.step_of.empty() ? 0 : static_cast<std::size_t>(group.step_of[place])];
       rotation_vector(w, w_next, step_s, theta);
       const auto rotation = Rotation<double>::of<CarriedLimits::kMostDoublings>(theta);
-      for (auto& row : attitude) rotation.turn<Arithmetic::kFast>(row);  // A R', row by row
+      for (auto& row : attitude) rotation.turn<Arithmetic::kFast>(row);  // A <- A R', row by row
     }
   }
   return all;

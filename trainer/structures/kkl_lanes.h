@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The KKL latent system (16), z' = D z + F y, as a differential equation, as in the paper. Tests compare the filter of
-// gradients/sensitivity/linear_latent.h with it. theta: parameters of the eigenvalues, as there.
+// gradients/sensitivity/linear_latent.h with it. theta: parameters of the eigenvalues, as in that file.
 #pragma once
 
 #include <array>

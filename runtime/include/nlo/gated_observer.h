@@ -68,8 +68,8 @@ struct GatedModel {
     advance<kArithmetic>(z, y, y, Scalar(0));
   }
 
-  /// Advances z over dt_s seconds (0: one sample period) with the measurement at the end. A step over another time than
-  /// the sample period takes some 200 more operations per unit. Returns true if it has checked that z is reachable.
+  /// Advances z over dt_s seconds (0: one sample period) with the measurement at the end. A step that is not one
+  /// sample period takes some 200 more operations per unit. Returns true if it has checked that z is reachable.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   NLO_INLINE bool advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0)) return step<kArithmetic, true>(z, y_next, Scalar(1));

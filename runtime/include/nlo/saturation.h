@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Saturation: limits the z that T* reads to a box, the domain of the training and a margin around it. A learned T* is
-// arbitrary far away from its training data. With saturation the estimate there stays near the estimate at the edge.
+// Saturation: limits the z that T* reads to a box, the domain of the training and a margin around it. Far from its
+// training data, a learned T* is arbitrary. With saturation the estimate stays near its value at the edge of the box.
 //   x_hat = T*(sat(z), y),              sat(z) = z limited to [min, max] in each coordinate
 //   x_hat = T*(S y + sat(z - S y), y)
 //                                       for outputs that T* reads only through z - S y, such as angles

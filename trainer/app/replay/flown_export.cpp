@@ -81,7 +81,7 @@ FlownExport::FlownExport(const codegen::PreparedExport& prepared, const Compiled
                                     {"NU", std::to_string(model.nu())},
                                     {"NX", std::to_string(model.nx())},
                                     {"AND_U", driven ? ", u" : ""},
-                                    {"READ_U", model.inputs.empty() ? "" : ", u"},  // not inputs that only drive z
+                                    {"READ_U", model.inputs.empty() ? "" : ", u"},  // without inputs that only drive z
                                     {"DRIVEN", driven ? "true" : ""},
                                     {"WARM_START", settles_ && !text.deterministic ? "true" : ""},
                                     {"CPP", c99 ? "" : "true"}})});

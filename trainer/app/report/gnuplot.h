@@ -57,7 +57,7 @@ struct Panel {
   bool log_x = false, log_y = false;
   bool zero_line = false;            ///< a thin line at y = 0
   bool zero_column = false;          ///< a thin line at x = 0
-  double x_low = 0.0, x_high = 0.0;  ///< both 0: from the data
+  double x_low = 0.0, x_high = 0.0;  ///< axis limits; both 0: from the data
   double y_low = 0.0, y_high = 0.0;
   std::vector<Series> series;
   std::string title = {};                 ///< above the panel

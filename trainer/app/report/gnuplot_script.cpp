@@ -78,8 +78,8 @@ std::string numbered(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Returns the commands of one panel, with `nothing` in place of a plot without data. Its data go to files. `written`
-/// becomes false if one of them cannot be written.
+/// Returns the commands of one panel, with `nothing` in place of a plot without data. Writes its data to files.
+/// `written` becomes false if one of them cannot be written.
 std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
                          bool& written, const char* nothing) {
   constexpr const char* kZero = "nohead lw 0.8 lc rgb '#8f949b'";

@@ -111,7 +111,7 @@ std::string inline_svg(std::string svg, const std::string& label) {
   if (!label.empty()) svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", escaped(label)));
   replace_all("stroke='black'", "stroke='currentColor'");
   replace_all(" color=\"black\"", "");
-  replace_all(" stroke-linecap=\"butt\" stroke-linejoin=\"miter\"", "");  // the default values
+  replace_all(" stroke-linecap=\"butt\" stroke-linejoin=\"miter\"", "");  // SVG has the same defaults
   replace_all("fill=\"black\"", "fill=\"currentColor\"");
   return without_empty_groups(with_each(svg, " d='", "'", short_path));
 }

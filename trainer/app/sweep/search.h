@@ -34,7 +34,7 @@ struct Rung {
   double seconds = 0.0;  ///< time of each training
 };
 
-inline constexpr std::size_t kKeptPart = 4;  ///< one in four continues, at least two
+inline constexpr std::size_t kKeptPart = 4;  ///< one candidate in four continues, at least two
 
 /// Returns rungs for `candidates` > 0 candidates that take `seconds` > 0 together. The time includes one more training
 /// as long as those of the last rung: the final training of the best candidate.

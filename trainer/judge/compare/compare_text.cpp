@@ -145,7 +145,7 @@ std::string counted(double number, bool known = false) {
 Table cost_table(const Study& study) {
   Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]"}, {}};
   for (const StudyEstimator& column : study.estimators) {
-    if (column.is_tuned()) continue;  // the same filter
+    if (column.is_tuned()) continue;  // costs as much as the untuned filter
     table.rows.push_back({column_title(column), counted(column.operations),
                           counted(column.functions, column.operations > 0.0), counted(column.state_bytes),
                           counted(column.constant_bytes)});

@@ -73,7 +73,7 @@ class Objective {
     std::vector<float> gradient;                   ///< gradient of T* and T
     std::vector<double> eigenvalues;  ///< gradient of the PDE residual with respect to the eigenvalues, n_z
   };
-  /// The memory of one thread.
+  /// Temporary storage of one thread.
   struct Workspace {
     Workspace(const ObserverStructure& structure, const LossConfig& loss);
     EstimateBlock estimate;
