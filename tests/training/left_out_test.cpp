@@ -13,6 +13,8 @@
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/training/training_testing.h"
+#include "trainer/choose/pilot.h"
+#include "trainer/choose/readout_probe.h"
 #include "trainer/data/log_files.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/learn/training/readout_rows.h"
@@ -248,6 +250,51 @@ TEST(Folds, LogsOfOneGroupAreLeftOutTogether) {
   experiment.validation.groups = "^night";
   EXPECT_THAT([&] { folds_of_logs(experiment, logs_with_a_level_each(3, 1)); },
               ::testing::ThrowsMessage<codegen::Error>(HasSubstr("[validation] groups ^night: finds nothing in")));
+}
+
+/// One log, where nothing determines the grip.
+Dataset single_log_of_chance() {
+  Dataset log = logs_with_a_level_each(1, 1);
+  std::mt19937 engine(5);
+  std::normal_distribution<double> normal;
+  log.states = {{"grip", "", 0.0}};
+  Eigen::MatrixXd& states = log.trajectories.front().states;
+  states.resize(1, states.cols());
+  for (double& grip : states.reshaped()) grip = normal(engine);
+  return log;
+}
+
+TEST(Folds, EachQuarterOfASingleLogIsLeftOutOnce) {
+  const Dataset log = logs_with_a_level_each(1, 1);
+  Experiment experiment = experiment_of_logs(4);
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, log);
+  ASSERT_EQ(folds.size(), 4U);
+  EXPECT_THAT(folds[1].names, ElementsAre("part 2 of day_0.csv"));
+  Eigen::VectorXd left_out = Eigen::VectorXd::Zero(80);
+  for (const FoldOfLogs& fold : folds) {
+    const Eigen::VectorXd& out = fold.left_out.front().logs.trajectories.front().weight;
+    EXPECT_EQ(out.sum(), 20.0);
+    EXPECT_EQ((out + fold.kept.trajectories.front().weight), Eigen::VectorXd::Ones(80));
+    left_out += out;
+  }
+  EXPECT_EQ(left_out, Eigen::VectorXd::Ones(80));
+  Dataset masked = log;
+  masked.trajectories.front().weight.tail(60).setZero();
+  EXPECT_TRUE(folds_of_logs(experiment, masked).empty()) << "the other parts have no truth";
+  experiment.log->validation_files = {"another_day.csv"};
+  EXPECT_TRUE(folds_of_logs(experiment, log).empty()) << "validation data chooses";
+}
+
+TEST(SingleLog, IsNotJudgedByTheErrorOfItsOwnTraining) {
+  // The deviation of the grip is 1. Functions fitted to its 80 samples are far closer on them, and not on others.
+  const Dataset log = single_log_of_chance();
+  const Experiment experiment = experiment_of_logs(4);
+  constexpr double kNearlyOne = 0.8, kHalf = 0.5;
+  EXPECT_GT(ReadoutProbe(experiment, log).error(experiment, 64, 4000).curved[0], kNearlyOne);
+  EXPECT_GT(Pilots(experiment, log, log, 0.0).error(experiment, 1000), kNearlyOne);
+  TrainOptions options;
+  options.settled_from_s = log.longest_s() / 2.0;
+  EXPECT_LT(train(experiment, log, log, options).split.both(), kHalf) << "control: it can be overfitted";
 }
 
 TEST(Folds, NoLogIsLeftOutIfThereIsNothingToChoose) {

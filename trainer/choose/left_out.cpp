@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <iterator>
 #include <set>
+#include <utility>
 
+#include "trainer/data/log_blocks.h"
 #include "trainer/data/log_files.h"
 #include "trainer/experiments/known_plant.h"
 #include "trainer/experiments/load_experiment.h"
@@ -19,6 +21,20 @@ namespace {
 
 constexpr std::size_t kFewestGroups = 3;  // with two groups, each training would see the logs of only one
 constexpr int kShorter = 2;               // divisor of the steps; enough remain to recognise a network that generalises
+
+/// Returns folds that leave out each block of a single log in turn.
+std::vector<FoldOfLogs> folds_of_blocks(const LogGroup& log, const Dataset& training, int blocks) {
+  std::vector<FoldOfLogs> folds;
+  for (int b = 0; b < blocks; ++b) {
+    Dataset kept = without_block(training, b, blocks), out = only_block(training, b, blocks);
+    if (!has_truth(kept) || !has_truth(out)) continue;
+    folds.push_back({.names = {fmt::format("part {} of {}", b + 1, log.name)},
+                     .kept = std::move(kept),
+                     .left_out = {{log.kind, std::move(out)}},
+                     .is_part_of_log = true});
+  }
+  return folds;
+}
 
 /// Returns the simulated runs of the known plant that training adds to `logs`; empty without a known plant.
 Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
@@ -37,6 +53,13 @@ const Dataset& joined(const Dataset& logs, const Dataset& simulated, Dataset& ow
   own.trajectories.insert(own.trajectories.end(), simulated.trajectories.begin(), simulated.trajectories.end());
   own.simulated_share = simulated.simulated_share;
   return own;
+}
+
+/// Returns the steps of a training without some of the logs. A single log may need so few that half of them would be
+/// too few.
+int shorter_steps(int steps, bool of_single_log) {
+  constexpr int kFewOfSingleLog = 1000;
+  return std::max({1, steps / kShorter, of_single_log ? std::min(steps, kFewOfSingleLog) : 1});
 }
 
 std::string folder_of(const std::string& directory, std::size_t fold) {
@@ -67,6 +90,8 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
   if (!experiment.log || validation.folds == 0 || !is_chosen(experiment.inverse_map.readout)) return {};
   const auto [groups, fold_of, count] =
       deal_logs(experiment, training, static_cast<std::size_t>(std::max(validation.folds, 2)));
+  if (groups.size() == 1 && experiment.log->validation_files.empty())
+    return folds_of_blocks(groups.front(), training, std::max(validation.folds, 2));
   if (groups.size() < kFewestGroups) return {};
   std::vector<FoldOfLogs> folds(count);
   for (FoldOfLogs& fold : folds) fold.kept = training;
@@ -93,7 +118,7 @@ TrainingResult train_with_folds(const Experiment& experiment, const Dataset& log
   const Dataset& training = joined(logs, simulated, both);
   if (folds.empty()) return train(experiment, training, validation, options);
   Experiment shorter = experiment;
-  shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
+  shorter.training.steps = shorter_steps(experiment.training.steps, folds.front().is_part_of_log);
   shorter.source_text = format_experiment(shorter);
   if (!options.resume && !options.directory.empty()) forget(options.directory);
   TrainOptions all = options;

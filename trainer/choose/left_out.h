@@ -29,19 +29,21 @@ struct FoldOfLogs {
   std::vector<std::string> names;  ///< names of the groups
   Dataset kept;
   std::vector<LeftOutLogs> left_out;
+  bool is_part_of_log = false;  ///< a block of a single log
 };
 
-/// Returns the folds of [validation], dealt by deal_groups(). Empty if there is nothing to choose: no log, `folds` 0,
-/// readout "network", or fewer than three groups. Throws codegen::Error for a wrong pattern.
+/// Returns the folds of [validation], dealt by deal_groups(). For a single log without validation_files the folds are
+/// its blocks (log_blocks.h). Empty if there is nothing to choose: no log, `folds` 0, readout "network", a single log
+/// with validation_files, or two groups. Throws codegen::Error for a wrong pattern.
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training);
 
 /// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".
 using TrainingBegins = std::function<void(const std::string& what)>;
 
 /// Trains on `logs` (or on a plant's runs) and on the simulated runs of a known plant (known_plant.h). Before that, one
-/// training of half the steps for each fold runs in the folder DIRECTORY/without_1, ..._2 and so on. An interrupted
-/// fold is continued from its folder. All these folders are removed at the end. An interruption in a fold gives a
-/// result without a model.
+/// training of half the steps for each fold runs in the folder DIRECTORY/without_1, ..._2 and so on. If the folds are
+/// parts of a single log, it has at least 1,000 steps, or all if there are fewer. An interrupted fold is continued from
+/// its folder. All these folders are removed at the end. An interruption in a fold gives a result without a model.
 TrainingResult train_with_folds(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
                                 const TrainOptions& options, const TrainingBegins& begins = {});
 

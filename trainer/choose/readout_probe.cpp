@@ -11,6 +11,7 @@
 #include "codegen/base/linear_algebra.h"
 #include "trainer/base/draws.h"
 #include "trainer/choose/pilot.h"
+#include "trainer/data/log_blocks.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/structure_table.h"
@@ -114,7 +115,8 @@ void ReadoutProbe::draw_segments(const Experiment& base, const Dataset& training
     fold_of_run_.push_back(source);
   }
   const int count = base.log ? static_cast<int>(sources.size()) : static_cast<int>(fold_of_run_.size());
-  folds_ = std::clamp(count, 1, kMostFolds);
+  by_block_ = base.log && count == 1;
+  folds_ = by_block_ ? kMostFolds : std::clamp(count, 1, kMostFolds);
   for (int& fold : fold_of_run_) fold %= folds_;
   const std::size_t runs = data_.runs.size(), taken = std::min<std::size_t>(runs, kMostRuns);
   Draws draws(base.seed + kProbe);
@@ -152,8 +154,9 @@ void ReadoutProbe::draw_samples(const Experiment& base) {
       const std::size_t from = i * length / each, to = std::max(from + 1, (i + 1) * length / each);
       const int time = first + static_cast<int>(std::min(from + draws.below(to - from), length - 1));
       if (run.weight[static_cast<std::size_t>(segment.start + time)] <= 0.0F) continue;
-      all.push_back({static_cast<int>(s) / kGroup, static_cast<int>(s) % kGroup, time,
-                     fold_of_run_[static_cast<std::size_t>(segment.run)]});
+      const int fold = by_block_ ? block_of(segment.start + time, run.samples, folds_)
+                                 : fold_of_run_[static_cast<std::size_t>(segment.run)];
+      all.push_back({static_cast<int>(s) / kGroup, static_cast<int>(s) % kGroup, time, fold});
     }
   }
   if (all.empty()) throw codegen::Error("the recipe finds no sample to measure on: all truth is masked");

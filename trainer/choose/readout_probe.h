@@ -57,6 +57,7 @@ class ReadoutProbe {
   Rollout rollout_;
   std::vector<Segment> segments_;
   std::vector<int> fold_of_run_;
+  bool by_block_ = false;  ///< the folds are blocks of a single log
   int folds_ = 1;
   std::vector<Sample> samples_;  ///< shuffled
   Eigen::MatrixXd states_;       ///< n_x x samples, of unit deviation

@@ -127,7 +127,9 @@ class Deriver {
     std::string told = fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps,
                                    errors.size(), linear.error);
     if (may_read_clock_products()) linear = better_with_products(linear, pilots, told);
-    const Piloted chosen = best_structure(linear, rivals, pilots, told);
+    Piloted chosen = best_structure(linear, rivals, pilots, told);
+    if (pilots.holds_out_a_part() && !given("training.steps"))
+      chosen.experiment = with_fewer_steps(chosen.experiment, pilots, told);
     return {chosen.experiment, text_of(linear.experiment, finalists[best]) + told + "\n"};
   }
 
@@ -203,6 +205,17 @@ class Deriver {
       told += fmt::format(": structure \"{}\" is chosen", structure);
     told += not_tried;
     return best;
+  }
+
+  /// A single log is soon overfitted: its network has seen all samples, many of them alike, in each few steps.
+  Experiment with_fewer_steps(Experiment e, const Pilots& pilots, std::string& told) const {
+    TrainingConfig& t = e.training;
+    const int steps = pilots.best_steps(e);
+    if (steps == t.steps) return e;
+    told += fmt::format("\n         {} steps: more of them raise the error on the last quarter of the log", steps);
+    t.steps = steps;
+    set("training.validate_every", t.validate_every, std::clamp(steps / 12, 1, t.validate_every));
+    return checked(e);
   }
 
   bool given(std::string_view key) const { return draft_.given.has(std::string(key)); }
