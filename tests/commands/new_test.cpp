@@ -98,6 +98,21 @@ TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
   EXPECT_EQ(splits.test.trajectories.size(), 1U);
 }
 
+TEST(NewLog, SaysWhichRoleIsMissingIfAllColumnsHaveOne) {
+  const Scratch scratch;
+  std::string text = "t,voltage,level\n";
+  for (int k = 0; k < 50; ++k)
+    text +=
+        shortest_text(0.1 * k) + "," + shortest_text(std::sin(0.1 * k)) + "," + shortest_text(std::cos(0.1 * k)) + "\n";
+  scratch.write("a.csv", text);
+  EXPECT_THAT(scratch.ok({"new", "log", "a.csv", "--inputs", "voltage", "--states", "level"}).out,
+              AllOf(HasSubstr("No column is an output"), Not(HasSubstr("numbers do not show"))));
+  EXPECT_THAT(scratch.ok({"new", "log", "a.csv", "--outputs", "voltage,level", "--force"}).out,
+              HasSubstr("No column is a state"));
+  EXPECT_THAT(scratch.ok({"new", "log", "a.csv", "--outputs", "voltage", "--states", "level", "--force"}).out,
+              Not(HasSubstr("No column")));
+}
+
 TEST(NewLog, AsksForRolesThatNumbersDoNotShow) {
   const Scratch scratch;
   std::string text = "t,position,velocity\n";

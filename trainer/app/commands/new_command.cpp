@@ -116,6 +116,16 @@ std::string product_text(const FoundProduct& product) {
       product.name, product.expression, gain_text(product));
 }
 
+/// Returns the role without which nlo train cannot begin, in words; empty if there is one column of each.
+std::string missing_role(const GuessedLog& log) {
+  if (log.count(ColumnRole::kOutput) == 0)
+    return "an output, but an observer reads at least one. A known voltage or command may be it: --outputs names it";
+  if (log.count(ColumnRole::kState) == 0)
+    return "a state, but an observer estimates at least one. --states names it; a velocity that the log does not have "
+           "is a column of its own with derivative_of";
+  return "";
+}
+
 void run_new_log(const NewArguments& arguments) {
   if (arguments.files.empty())
     throw codegen::Error("nlo new log: give the logs: nlo new log run1.csv run2.csv, or their folder");
@@ -134,8 +144,10 @@ void run_new_log(const NewArguments& arguments) {
   for (const std::string& note : log.notes) said += fmt::format("note: {}\n", note);
   for (const FoundProduct& product : products)
     said += fmt::format("{} is added as a computed output: {}\n", product.expression, gain_text(product));
-  const std::vector<std::string> undecided = log.undecided();
-  if (!undecided.empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0)
+  const std::string missing = missing_role(log);
+  if (log.undecided().empty() && !missing.empty())
+    said += fmt::format("\nNo column is {}. Set the roles in {}.\n", missing, arguments.output);
+  else if (!missing.empty() || !log.undecided().empty())
     said += fmt::format(
         "\nThe numbers do not show which columns are measured in flight and which are truth that only a log has. Set "
         "the\n"
