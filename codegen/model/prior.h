@@ -10,6 +10,8 @@
 //         outputs that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p])
+// A model without units has none of fine, coarse, gates, candidate and correction: K, b, c_q and c_r are 0, and it is
+// the extended Kalman filter itself, z = [x; p].
 // x has the n_x estimated states, then the plant's states that are not estimated; below, n_s is the number of both.
 // [x; p] is limited to [state_min, state_max]. z = [m; x; p], p: the upper triangle of P, row by row.
 #pragma once

@@ -21,24 +21,6 @@ namespace {
 
 constexpr std::string_view kMinimum = "minimum", kMaximum = "maximum";
 
-/// Runtime functions that the equations call, and exp, which the noises need.
-std::set<std::string_view> functions_of(const Equations& equations) {
-  std::set<std::string_view> named = {row_of(Function::kExponential).runtime};
-  const auto add = [&](const std::vector<Expression>& expressions) {
-    for (const Expression& expression : expressions)
-      for (const Expression::Node& node : expression.nodes()) {
-        if (node.kind == Expression::Kind::kFunction) named.insert(row_of(node.function).runtime);
-        if (node.kind == Expression::Kind::kMinimum) named.insert(kMinimum);
-        if (node.kind == Expression::Kind::kMaximum) named.insert(kMaximum);
-      }
-  };
-  for (const SharedExpressions* shared : {&equations.derivative(), &equations.output()}) {
-    add(shared->parts);
-    add(shared->rows);
-  }
-  return named;
-}
-
 /// The numbers of nlo/functions.h.
 template <class T>
 std::map<std::string, std::string> numbers() {
@@ -105,8 +87,25 @@ std::string EquationLines::lines(const std::vector<Expression>& expressions, con
   return text;
 }
 
-std::string c99_functions(const Equations& equations, const Initialiser& init) {
-  const std::set<std::string_view> named = functions_of(equations);
+std::set<std::string_view> functions_of(const Equations& equations) {
+  std::set<std::string_view> named;
+  const auto add = [&](const std::vector<Expression>& expressions) {
+    for (const Expression& expression : expressions)
+      for (const Expression::Node& node : expression.nodes()) {
+        if (node.kind == Expression::Kind::kFunction) named.insert(row_of(node.function).runtime);
+        if (node.kind == Expression::Kind::kMinimum) named.insert(kMinimum);
+        if (node.kind == Expression::Kind::kMaximum) named.insert(kMaximum);
+      }
+  };
+  for (const SharedExpressions* shared : {&equations.derivative(), &equations.output()}) {
+    add(shared->parts);
+    add(shared->rows);
+  }
+  return named;
+}
+
+std::string c99_functions(const std::set<std::string_view>& named, const Initialiser& init) {
+  if (named.empty()) return "";
   auto values = init.scalar_bytes() == 4 ? numbers<float>() : numbers<double>();
   const auto set = [&](std::string_view function) {
     std::string key(function);

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codegen/model/equations.h"
@@ -31,7 +33,10 @@ class EquationLines {
   std::function<std::string(const std::string&)> part_of_sum_;
 };
 
-/// Returns the functions of templates/c99/functions.c.in that the equations call.
-std::string c99_functions(const Equations& equations, const Initialiser& init);
+/// Returns the names of the functions of nlo/functions.h that the equations call.
+std::set<std::string_view> functions_of(const Equations& equations);
+
+/// Returns the C99 text of these functions of nlo/functions.h.
+std::string c99_functions(const std::set<std::string_view>& named, const Initialiser& init);
 
 }  // namespace nlo::codegen

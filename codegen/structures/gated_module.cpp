@@ -205,6 +205,7 @@ class GatedModule final : public StructureModule {
             {"GATE_SHIFT", shift(&QuantisedUnits::gates)},
             {"CANDIDATE_SHIFT", shift(&QuantisedUnits::candidate)},
             {"DECAYS", "true"},
+            {"TANH", "true"},
             {"FIRST", "    advance(REGULAR_STEP, o->z, o->y, o->y);\n"},
             {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
   }

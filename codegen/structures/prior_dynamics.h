@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "codegen/model/prior.h"
 #include "codegen/structures/reference_units.h"
@@ -30,9 +31,11 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
       : sample_period_s_(m.sample_period_s),
         inputs_(static_cast<Eigen::Index>(m.inputs.size())),
         own_(own_part<Prior>(m)),
-        equations_(prior_equations(m)),
-        units_(own_.gates, own_.candidate, activations),
-        correction_(own_.correction, activations) {}
+        equations_(prior_equations(m)) {
+    if (m.nz() == equations_.carried()) return;
+    units_.emplace(own_.gates, own_.candidate, activations);
+    correction_.emplace(own_.correction, activations);
+  }
 
   void start(Matrix& z, const Matrix& y, const std::vector<bool>* arrived) const override {
     correct(z, y, arrived, Scalar(1));
@@ -71,33 +74,47 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     return arrived == nullptr || (*arrived)[static_cast<std::size_t>(j)];
   }
 
+  /// The corrections of one sample: a column for each column of z.
+  struct Corrections {
+    Matrix state;  ///< n_s: K s(nu, coarse) + b
+    Matrix noise;  ///< n_s + n_y: c_q and c_r
+  };
+
   /// Turns z = [m; x-; p-] into [m; x; p], column by column.
   void correct(Matrix& z, const Matrix& readings, const std::vector<bool>* arrived, Scalar periods) const {
-    const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried(),
-                       units = z.rows() - carried;
-    Matrix w(2 * ny + readings.rows() + nx, z.cols()), nu(ny, z.cols());
-    w << Matrix::Zero(2 * ny, z.cols()), readings, z.middleRows(units, nx);
+    const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried();
+    Matrix nu(ny, z.cols());
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       const Vector expected = expected_at(z.col(b).tail(carried));
-      for (Eigen::Index j = 0; j < ny; ++j) {
-        const Scalar e = nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j) : Scalar(0);
-        w(j, b) = e / (static_cast<Scalar>(own_.fine(j)) + std::abs(e));
-        w(ny + j, b) = e / (static_cast<Scalar>(own_.coarse(j)) + std::abs(e));
-      }
+      for (Eigen::Index j = 0; j < ny; ++j)
+        nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j) : Scalar(0);
     }
-    const Matrix m = units_.stepped(z.topRows(units), w, periods), gain = correction_(stacked<Scalar>(m, w));
-    z.topRows(units) = m;
+    const Corrections by = units_ ? learned(z, readings, nu, periods)
+                                  : Corrections{Matrix::Zero(nx, z.cols()), Matrix::Zero(nx + ny, z.cols())};
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       Vector x = z.col(b).tail(carried);
-      const Vector change = filtered(x, nu.col(b), gain.col(b).tail(nx + ny), arrived, periods);
-      for (Eigen::Index i = 0; i < nx; ++i) {
-        Scalar learned = gain(nx * ny + i, b);
-        for (Eigen::Index j = 0; j < ny; ++j) learned += gain(i * ny + j, b) * w(ny + j, b);
-        x(i) += change(i) + learned;
-      }
+      const Vector change = filtered(x, nu.col(b), by.noise.col(b), arrived, periods);
+      x.head(nx) += change + by.state.col(b);
       keep_within(x);
       z.col(b).tail(carried) = x;
     }
+  }
+
+  /// Steps the units in z = [m; x-; p-], and returns their corrections.
+  Corrections learned(Matrix& z, const Matrix& readings, const Matrix& nu, Scalar periods) const {
+    const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), units = z.rows() - equations_.carried();
+    Matrix w(2 * ny + readings.rows() + nx, z.cols());
+    const auto squashed = [&nu](const Eigen::VectorXd& half) {
+      return nu.binaryExpr(half.template cast<Scalar>().replicate(1, nu.cols()),
+                           [](Scalar v, Scalar c) { return v / (c + std::abs(v)); });
+    };
+    w << squashed(own_.fine), squashed(own_.coarse), readings, z.middleRows(units, nx);
+    const Matrix m = units_->stepped(z.topRows(units), w, periods), gain = (*correction_)(stacked<Scalar>(m, w));
+    z.topRows(units) = m;
+    Matrix state = gain.middleRows(nx * ny, nx);
+    for (Eigen::Index i = 0; i < nx; ++i)
+      for (Eigen::Index j = 0; j < ny; ++j) state.row(i) += gain.row(i * ny + j).cwiseProduct(w.row(ny + j));
+    return {state, gain.bottomRows(nx + ny)};
   }
 
   /// Returns y and its slopes.
@@ -141,8 +158,8 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
   Eigen::Index inputs_;
   Prior own_;
   Equations equations_;
-  ReferenceUnits<Scalar> units_;
-  ReferenceNetwork<Scalar> correction_;
+  std::optional<ReferenceUnits<Scalar>> units_;  ///< none in a filter without units
+  std::optional<ReferenceNetwork<Scalar>> correction_;
 };
 
 }  // namespace nlo::codegen

@@ -3,9 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
+#include "codegen/base/embedded_text.h"
 #include "codegen/base/identifier.h"
 #include "codegen/model/field_checks.h"
 #include "codegen/model/model_fields.h"
@@ -39,21 +42,31 @@ int corrections_of(const Model& m) {
   return stepped_by(m) * (m.ny() + 2) + m.ny();
 }
 
+/// Returns n_m.
+Index units_of(const Model& m) {
+  return m.nz() - carried_by(m);
+}
+
 class PriorHeader final : public CppStructureBase {
  public:
   explicit PriorHeader(const ExportSource& source)
       : CppStructureBase(source), own_(own_part<Prior>(source.model)), equations_(prior_equations(source.model)) {}
 
-  std::string title() const override { return "a learned state observer (known equations with learned corrections)"; }
+  std::string title() const override {
+    return learns() ? "a learned state observer (known equations with learned corrections)"
+                    : "a state observer (an extended Kalman filter)";
+  }
   std::string description() const override {
-    return fmt::format(
-               "// Prior: the plant's equations and covariance, stepped by RK4, corrected by {} gated units. Map T*: "
-               "{}.\n",
-               units_, inverse_map().description()) +
+    const std::string units = learns() ? fmt::format(", corrected by {} gated units", units_) : "";
+    return fmt::format("// Prior: the plant's equations and covariance, stepped by RK4{}. Map T*: {}.\n", units,
+                       inverse_map().description()) +
            input_comment();
   }
   std::string header() const override { return "prior_observer.h"; }
-  std::vector<CppNetwork> networks() const override { return {gates(), candidate(), correction(), inverse_map()}; }
+  std::vector<CppNetwork> networks() const override {
+    if (!learns()) return {inverse_map()};
+    return {gates(), candidate(), correction(), inverse_map()};
+  }
   std::string declarations() const override {
     const std::string scalar = init_.scalar_name();
     std::string text =
@@ -75,6 +88,10 @@ class PriorHeader final : public CppStructureBase {
     return text + "};\n";
   }
   std::string model_type() const override {
+    if (!learns())
+      return fmt::format("FilterModel<{}, {}, {}, Equations, {}{}>;\n// n_x, n_y, equations, T*{}\n",
+                         init_.scalar_name(), nx_, ny_, inverse_map().map_type(init_), input_arguments(),
+                         input_words());
     return fmt::format(
         "PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
         "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n",
@@ -83,12 +100,16 @@ class PriorHeader final : public CppStructureBase {
   }
   std::string observer() const override { return "PriorObserver"; }
   std::string leading_fields() const override {
+    const std::string squashing =
+        learns() ? fmt::format("    .fine = {},\n    .coarse = {},\n", init_.vector(own_.fine, "fine"),
+                               init_.vector(own_.coarse, "coarse"))
+                 : "";
     return fmt::format(
-        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n"
-        "    .state_noise = {},\n    .output_noise = {},\n",
+        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n{}    .state_noise = {},\n"
+        "    .output_noise = {},\n",
         init_.vector(m_.initial_latent, "initial_latent"), init_.vector(own_.state_min, "state_min"),
-        init_.vector(own_.state_max, "state_max"), init_.vector(own_.fine, "fine"), init_.vector(own_.coarse, "coarse"),
-        init_.vector(own_.state_noise, "state_noise"), init_.vector(own_.output_noise, "output_noise"));
+        init_.vector(own_.state_max, "state_max"), squashing, init_.vector(own_.state_noise, "state_noise"),
+        init_.vector(own_.output_noise, "output_noise"));
   }
 
   Index step_multiply_adds() const override {
@@ -96,16 +117,21 @@ class PriorHeader final : public CppStructureBase {
     const Index equations = kRk4 * (nz_ - units_) + equations_.count(&Expression::operations);
     const Index update =
         ny_ * (stepped_ * stepped_ + 4 * stepped_ + triangle_size(static_cast<int>(stepped_))) + 2 * stepped_;
+    if (!learns()) return equations + update;
     return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + stepped_ * ny_ +
            equations + update;
   }
   /// Counts squashed innovations and the functions of the equations, too.
   Index step_activations() const override {
-    return 3 * units_ + 3 * ny_ + stepped_ + equations_.count(&Expression::functions);
+    const Index functions = equations_.count(&Expression::functions);
+    return learns() ? 3 * units_ + 3 * ny_ + stepped_ + functions : functions;
   }
-  Index own_scalars() const override { return nz_ + 2 * (nz_ - units_) + stepped_ + 3 * ny_ + 1; }  // stale_after
+  Index own_scalars() const override {
+    return nz_ + 2 * (nz_ - units_) + stepped_ + (learns() ? 3 : 1) * ny_ + 1;  // stale_after
+  }
 
  private:
+  bool learns() const { return units_ > 0; }
   std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
   CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", units_read()); }
   CppNetwork candidate() const { return network("candidate", "CandidateLayer", "CandidateNetwork", units_read()); }
@@ -123,7 +149,7 @@ VectorXd largest_carried(const Prior& own) {
 
 /// Returns the largest magnitude of [m; w].
 VectorXd largest_reads(const Model& m, const Prior& own) {
-  const Index units = m.nz() - carried_by(m);
+  const Index units = units_of(m);
   VectorXd largest(units + reads_of_units(m));
   largest << VectorXd::Ones(units + 2 * m.ny()), largest_readings(m), largest_carried(own).head(stepped_by(m));
   return largest;
@@ -150,6 +176,29 @@ void check_parameters(const EquationTexts& texts) {
     if (!(std::abs(value) < kLargest))
       fail("equations.parameters.{} is {}; it must be below {:g}", name, value, kLargest);
   }
+}
+
+/// Checks the gated units and their corrections. A filter without units has none.
+void check_units(const Model& m, const Prior& own) {
+  const auto units = static_cast<int>(units_of(m));
+  if (units == 0) {
+    if (own.fine.size() + own.coarse.size() > 0 || !own.gates.layers.empty())
+      fail(
+          "gates has weights, but latent_min has only the states and their covariance, and no units; give each unit "
+          "a latent state, or remove fine, coarse, gates, candidate and correction");
+    return;
+  }
+  for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
+    check_shape(*limit, m.ny(), field, "n_y");
+    check_positive(*limit, field);
+  }
+  const VectorXd largest = largest_reads(m, own);
+  check_gate_layer(own.gates, largest, 2 * units, "gates", "n_u x (n_m + n_w)");
+  check_gate_layer(own.candidate, largest, units, "candidate", "n_u x (n_m + n_w)");
+  check_gate_layer(own.correction, largest, corrections_of(m), "correction", "n_u x (n_m + n_w)");
+  for (Index r = 0; r < units; ++r)
+    if (!(std::abs(m.initial_latent(r)) <= 1.0))
+      fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
 }
 
 /// Checks the equations over the region that state_min, state_max and the ranges of the inputs describe.
@@ -189,10 +238,23 @@ class PriorModule final : public StructureModule {
     for (const auto& [name, value] : parameters.value.items())
       known.parameters.emplace_back(name, number({value, parameters.path + "." + name}));
     if (equations.has("unestimated")) known.unestimated = texts(equations["unestimated"]);
-    m.structure = Prior{
-        std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),    vector(file["fine"]),
-        vector(file["coarse"]),     vector(file["state_noise"]), vector(file["output_noise"]), network(file["gates"]),
-        network(file["candidate"]), network(file["correction"]), network(file["inverse_map"])};
+    Prior own;
+    own.equations = std::move(known);
+    own.state_min = vector(file["state_min"]);
+    own.state_max = vector(file["state_max"]);
+    own.state_noise = vector(file["state_noise"]);
+    own.output_noise = vector(file["output_noise"]);
+    own.inverse_map = network(file["inverse_map"]);
+    // A filter without units has none of these; one of them asks for all.
+    const auto learned = {"fine", "coarse", "gates", "candidate", "correction"};
+    if (std::ranges::any_of(learned, [&file](const char* key) { return file.has(key); })) {
+      own.fine = vector(file["fine"]);
+      own.coarse = vector(file["coarse"]);
+      own.gates = network(file["gates"]);
+      own.candidate = network(file["candidate"]);
+      own.correction = network(file["correction"]);
+    }
+    m.structure = std::move(own);
   }
   void write(const Model& m, JsonObject& file) const override {
     const Prior& own = own_part<Prior>(m);
@@ -207,22 +269,27 @@ class PriorModule final : public StructureModule {
     file.field("equations", equations.text());
     file.vector("state_min", own.state_min);
     file.vector("state_max", own.state_max);
-    file.vector("fine", own.fine);
-    file.vector("coarse", own.coarse);
+    if (units_of(m) > 0) {
+      file.vector("fine", own.fine);
+      file.vector("coarse", own.coarse);
+    }
     file.vector("state_noise", own.state_noise);
     file.vector("output_noise", own.output_noise);
-    file.network("gates", own.gates);
-    file.network("candidate", own.candidate);
-    file.network("correction", own.correction);
+    if (units_of(m) > 0) {
+      file.network("gates", own.gates);
+      file.network("candidate", own.candidate);
+      file.network("correction", own.correction);
+    }
     file.network("inverse_map", own.inverse_map);
   }
   void check(const Model& m) const override {
     check_no_angles(m);
     const Prior& own = own_part<Prior>(m);
-    const int carried = carried_by(m), units = m.nz() - carried;
-    if (units < 1)
-      fail("there are {} latent states; there must be more than {}, for {} states and their covariance", m.nz(),
-           carried, stepped_by(m));
+    const int carried = carried_by(m);
+    const auto units = static_cast<int>(units_of(m));
+    if (units < 0)
+      fail("there are {} latent states; there must be at least {}, for {} states and their covariance", m.nz(), carried,
+           stepped_by(m));
     check_parameters(own.equations);
     check_unestimated(m, own.equations);
     const Equations equations = prior_equations(m);
@@ -231,22 +298,12 @@ class PriorModule final : public StructureModule {
     check_shape(own.state_min, carried, "state_min", "n_s and the covariance");
     check_shape(own.state_max, carried, "state_max", "n_s and the covariance");
     check_range(own.state_min, own.state_max, "state");
-    for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
-      check_shape(*limit, m.ny(), field, "n_y");
-      check_positive(*limit, field);
-    }
     check_shape(own.state_noise, stepped_by(m), "state_noise", "n_s");
     check_positive(own.state_noise, "state_noise");
     check_shape(own.output_noise, m.ny(), "output_noise", "n_y");
     check_positive(own.output_noise, "output_noise");
     check_bounded(m, own, equations);
-    const VectorXd largest = largest_reads(m, own);
-    check_gate_layer(own.gates, largest, 2 * units, "gates", "n_u x (n_m + n_w)");
-    check_gate_layer(own.candidate, largest, units, "candidate", "n_u x (n_m + n_w)");
-    check_gate_layer(own.correction, largest, corrections_of(m), "correction", "n_u x (n_m + n_w)");
-    for (Index r = 0; r < units; ++r)
-      if (!(std::abs(m.initial_latent(r)) <= 1.0))
-        fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
+    check_units(m, own);
     for (Index i = 0; i < carried; ++i)
       if (const double x = m.initial_latent(units + i); !(x >= own.state_min(i) && x <= own.state_max(i)))
         fail("initial_latent[{}] is {}; x starts within state_min and state_max", units + i, x);
@@ -258,7 +315,8 @@ class PriorModule final : public StructureModule {
 
   std::vector<Named<Network>> networks(Model& m) const override {
     Prior& own = own_part<Prior>(m);
-    const Index all = m.nz() - carried_by(m) + reads_of_units(m);
+    if (units_of(m) == 0) return {{"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)}};
+    const Index all = units_of(m) + reads_of_units(m);
     return {{"gates", &own.gates, all},
             {"candidate", &own.candidate, all},
             {"correction", &own.correction, all},
@@ -283,34 +341,48 @@ class PriorModule final : public StructureModule {
     const Initialiser& init = source.init;
     const Equations equations = prior_equations(source.model);
     const bool more = equations.nx() > source.model.nx();
+    const bool learns = units_of(source.model) > 0, decays = learns || !source.model.failures.none();
+    std::set<std::string_view> functions = functions_of(equations);
+    const bool calls_tanh = learns || functions.contains("hyperbolic_tangent");
+    if (learns) functions.insert("exponential");
     const EquationLines lines(equations, init, "  ", [](const std::string& product) { return "(" + product + ")"; });
-    return {{"LATENT", "c99/prior.c.in"},
-            {"DECAYS", "true"},
-            {"BETWEEN", ""},
-            {"LONGEST_GAP", std::to_string(kMostPieces)},
-            {"FIRST", "    correct(REGULAR_STEP, o->z, o->y, arrived);\n"},
-            {"ARRIVALS", "true"},
-            {"ARRIVED", ", arrived"},
-            {"STEP_DT_COST",
-             "Some 200 operations a unit more than a sample period, and the equations once for each period"},
-            {"MORE_STATES", more ? std::to_string(equations.nx()) : ""},
-            {"STEPPED", more ? "kStates" : "kNx"},
-            {"UNITS", std::to_string(source.model.nz() - carried_by(source.model))},
-            {"INPUTS", std::to_string(source.model.inputs.size())},
-            {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},
-            {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
-            {"DERIVATIVE", lines.derivative()},
-            {"OUTPUT", lines.output()},
-            {"FUNCTIONS", c99_functions(equations, init)},
-            {"STATE_MIN", init.vector(own.state_min, "state_min")},
-            {"STATE_MAX", init.vector(own.state_max, "state_max")},
-            {"FINE", init.vector(own.fine, "fine")},
-            {"COARSE", init.vector(own.coarse, "coarse")},
-            {"STATE_NOISE", init.vector(own.state_noise, "state_noise")},
-            {"OUTPUT_NOISE", init.vector(own.output_noise, "output_noise")},
-            {"LEAST_NOISE", init(1.0 + static_cast<double>(kLeastNoise), "the least noise")},
-            {"SIXTH", init(1.0 / 6, "a sixth")},
-            {"THIRD", init(1.0 / 3, "a third")}};
+    std::map<std::string, std::string> values = {
+        {"LATENT", "c99/prior.c.in"},
+        {"BETWEEN", ""},
+        {"DECAYS", decays ? "true" : ""},
+        {"PHI", decays ? "true" : ""},
+        {"TANH", calls_tanh ? "true" : ""},
+        {"LONGEST_GAP", std::to_string(kMostPieces)},
+        {"FIRST", "    correct(REGULAR_STEP, o->z, o->y, arrived);\n"},
+        {"ARRIVALS", "true"},
+        {"ARRIVED", ", arrived"},
+        {"STEP_DT_COST", fmt::format("{}the equations once for each period",
+                                     learns ? "Some 200 operations a unit more than a sample period, and "
+                                            : "A step of one sample period, and ")},
+        {"MORE_STATES", more ? std::to_string(equations.nx()) : ""},
+        {"STEPPED", more ? "kStates" : "kNx"},
+        {"UNITS", learns ? std::to_string(units_of(source.model)) : ""},
+        {"INPUTS", std::to_string(source.model.inputs.size())},
+        {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},
+        {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
+        {"DERIVATIVE", lines.derivative()},
+        {"OUTPUT", lines.output()},
+        {"FUNCTIONS", c99_functions(functions, init)},
+        {"STATE_MIN", init.vector(own.state_min, "state_min")},
+        {"STATE_MAX", init.vector(own.state_max, "state_max")},
+        {"FINE", learns ? init.vector(own.fine, "fine") : ""},
+        {"COARSE", learns ? init.vector(own.coarse, "coarse") : ""},
+        {"STATE_NOISE", init.vector(own.state_noise, "state_noise")},
+        {"OUTPUT_NOISE", init.vector(own.output_noise, "output_noise")},
+        {"LEAST_NOISE", init(1.0 + static_cast<double>(kLeastNoise), "the least noise")},
+        {"SIXTH", init(1.0 / 6, "a sixth")},
+        {"THIRD", init(1.0 / 3, "a third")}};
+    if (!learns)  // log_1_plus alone
+      values["GATE"] = functions.contains("logarithm")
+                           ? filled(embedded_text("c99/gate.c.in"),
+                                    {{"F", init.scalar_bytes() == 4 ? "f" : ""}, {"GATES", ""}, {"IN_SCALAR", ""}})
+                           : "";
+    return values;
   }
 };
 

@@ -120,6 +120,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
   const QuantisedModel* quantised = prepared.quantised();
   const std::unique_ptr<CppStructure> parts = module_of(m).cpp(prepared.source());
   const std::map<std::string, std::string> own = module_of(m).c99(prepared.source());
+  const bool steps_with_tanh = own.contains("TANH") && !own.at("TANH").empty();
   const bool single = init.scalar_bytes() == 4;
   const std::string suffix = single ? "f" : "";
 
@@ -147,7 +148,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"STATES", c99_positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
-      {"ARITHMETIC", c99_arithmetic(folded, quantised, own.contains("DECAYS"), init, suffix)},
+      {"ARITHMETIC", c99_arithmetic(folded, quantised, steps_with_tanh, init, suffix)},
       {"NETWORKS", c99_step_networks(folded, quantised, init)},
       {"FUNCTIONS", c99_functions(folded, init)},
       {"TANGENTS", c99_tangents(folded, init, suffix)},
@@ -166,7 +167,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"LONGEST_GAP", "1000"},
       {"NOT_A_NUMBER", single ? "0x7fc00000U" : "0x7ff8000000000000U"},
       {"GATE", filled(embedded_text("c99/gate.c.in"),
-                      {{"F", suffix}, {"IN_SCALAR", quantised && quantised->units ? "" : "true"}})},
+                      {{"F", suffix}, {"GATES", "true"}, {"IN_SCALAR", quantised && quantised->units ? "" : "true"}})},
       {"DECAYS", m.failures.none() ? "" : "true"},
       {"FOURS", std::string(embedded_text("c99/dense_fours.c.in"))},
       {"INTEGER_FOURS", std::string(embedded_text("c99/int16_fours.c.in"))},

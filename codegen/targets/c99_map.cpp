@@ -202,7 +202,7 @@ std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, con
   return text + "}";
 }
 
-std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool has_gates,
+std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool steps_with_tanh,
                            const Initialiser& init, const std::string& suffix) {
   const bool integer_step = quantised != nullptr && quantised->units;
   std::set<Activation> kinds;
@@ -214,7 +214,7 @@ std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quan
   }
   if (!evaluates) return integer_step ? c99_integer_arithmetic(*quantised) : "";
   std::string text(embedded_text("c99/dense.c.in"));
-  if (has_gates || kinds.contains(Activation::kTanh) || kinds.contains(Activation::kSilu))
+  if (steps_with_tanh || kinds.contains(Activation::kTanh) || kinds.contains(Activation::kSilu))
     text += "\n" + tanh_text(init, suffix);
   for (const Activation kind : kinds)
     text += "\n" + filled(embedded_text("c99/layer.c.in"), activation_values(kind, suffix));

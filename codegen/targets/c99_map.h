@@ -13,7 +13,7 @@ namespace nlo::codegen {
 
 /// Returns `dense`, the activations and their layers in the scalar of `init`, as far as the step and the map need them.
 /// `suffix` ends literals. `quantised` has the parts that are in integers; null: none.
-std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool has_gates,
+std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool steps_with_tanh,
                            const Initialiser& init, const std::string& suffix);
 
 /// Returns the tables of the networks that a step evaluates, each of one layer; empty if there are none.

@@ -22,7 +22,7 @@ constexpr std::array kRuntimeNames = {
     "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "ClockProducts", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "ChannelHealth", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GateBuffers", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "HasAdvance", "HasAdvanceByArrivals", "HasDrivenAdvance", "HasEstimate", "HasSizes", "HasStep", "HasValues",
-    "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead", "FallbackRows", "NoFallback", "fall_back",
+    "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead", "FilterModel", "NoUnits", "FallbackRows", "NoFallback", "fall_back",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoClockProducts", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "PriorModel", "PriorObserver", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "QuantisedUnits", "SampledObserver", "SensorFailures",

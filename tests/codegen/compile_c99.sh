@@ -42,7 +42,7 @@ shim() {
 }
 
 names=()
-for entry in encoder:float rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 tiny_silu:int16 linear:int16 commanded:int16 failing:double two_rates:double two_rates:int16 clocked:double clocked:int16 clocked_rig:int16 fallback:double fallback:int16 computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double prior_functions:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double $(examples | sed 's/$/:float/'); do
+for entry in encoder:float rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 tiny_silu:int16 linear:int16 commanded:int16 failing:double two_rates:double two_rates:int16 clocked:double clocked:int16 clocked_rig:int16 fallback:double fallback:int16 computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double prior_functions:double filter:double filter_functions:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double $(examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all except T* is float

@@ -13,7 +13,7 @@ strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wsh
 
 # name:example:scalar
 exports=()
-for name in rig van_der_pol pendulum general driven commanded commanded_general gated failing two_rates clocked fallback computed saturating rig_error gated_error carried prior prior_functions; do exports+=("${name}_double:$name:double"); done
+for name in rig van_der_pol pendulum general driven commanded commanded_general gated failing two_rates clocked fallback computed saturating rig_error gated_error carried prior prior_functions filter filter_functions; do exports+=("${name}_double:$name:double"); done
 for name in $("$export_model"); do exports+=("$name:$name:float"); done
 for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4 commanded failing two_rates clocked clocked_rig fallback computed gated commanded_gated saturating_rig rig_error; do exports+=("${name}_int16:$name:int16"); done
 for name in rig van_der_pol tiny_relu pendulum driven rig_error; do exports+=("${name}_bf16:$name:float,bf16"); done

@@ -732,6 +732,29 @@ Model prior_unestimated_model() {
   return with_domain(m);
 }
 
+namespace {
+
+Model without_units(Model m, const std::string& name) {
+  m.name = name;
+  m.initial_latent = Eigen::VectorXd(m.initial_latent.tail(5));
+  Prior& own = std::get<Prior>(m.structure);
+  own.fine.resize(0);
+  own.coarse.resize(0);
+  own.gates = own.candidate = own.correction = {};
+  own.inverse_map = random_network({8, m.nx()}, 96, 1.2);
+  return with_domain(m);
+}
+
+}  // namespace
+
+Model filter_model() {
+  return without_units(prior_model(), "filter");
+}
+
+Model filter_functions_model() {
+  return without_units(prior_functions_model(), "filter_functions");
+}
+
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), gated_model(), driven_model(), carried_model(), prior_model()};
 }
@@ -799,7 +822,9 @@ std::vector<Model> example_models() {
                                failing_gated_model(),
                                contracting_gated_model(),
                                prior_functions_model(),
-                               prior_unestimated_model()};
+                               prior_unestimated_model(),
+                               filter_model(),
+                               filter_functions_model()};
   for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);
   return models;

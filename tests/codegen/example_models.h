@@ -100,6 +100,9 @@ Model carried_model();
 Model prior_model();
 /// A model whose equations use each function and a division.
 Model prior_functions_model();
+/// prior_model() and prior_functions_model() without units: extended Kalman filters.
+Model filter_model();
+Model filter_functions_model();
 /// prior_functions_model() with x2 as the only estimated state.
 Model prior_unestimated_model();
 

@@ -114,6 +114,24 @@ TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation)
   EXPECT_NEAR(std::log2(coarse / fine), 1.0, 0.1) << coarse << " to " << fine;
 }
 
+TEST(ReferenceObserver, AFilterIsThePriorWhoseCorrectionsAreZero) {
+  const Model filter = filter_functions_model();
+  Model prior = prior_functions_model();
+  Network& correction = std::get<Prior>(prior.structure).correction;
+  correction.layers[0].weights.setZero();
+  correction.layers[0].bias.setZero();
+  correction.output_mean.setZero();
+  ReferenceObserver<double> without(filter), with(prior);
+  for (int k = 0; k < 50; ++k) {
+    const Eigen::Vector2d y(std::sin(0.1 * k), std::cos(0.13 * k));
+    const Eigen::VectorXd u = Eigen::VectorXd::Constant(1, 0.5 * std::sin(0.07 * k));
+    without.step(y, u);
+    with.step(y, u);
+    ASSERT_LT((without.latent() - with.latent().tail(5)).cwiseAbs().maxCoeff(), 1e-13)
+        << "rounding alone, sample " << k;
+  }
+}
+
 TEST(ReferenceObserver, GatedStepEqualsItsDocumentedEquation) {
   // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus written as a power, for arguments
   // that do not overflow.

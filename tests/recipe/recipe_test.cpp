@@ -221,6 +221,13 @@ TEST(Recipe, KeepsTheStructureAndTheUnitsOfTheFile) {
   }
 }
 
+TEST(Recipe, MakesAFilterOfAPriorWithoutUnits) {
+  const Recipe recipe = derived(kSpring, {"observer.structure=prior", "observer.units=0"});
+  for (const char* line : {"units = 0", "hidden = []", "linear_path = true", "readout = \"network\"", "steps = 0"})
+    EXPECT_THAT(recipe.experiment.source_text, HasSubstr("\n" + std::string(line) + "\n"));
+  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" without units: an extended Kalman filter"));
+}
+
 TEST(Recipe, TriesNoPriorOnAPlantThatIsSimulatedExactly) {
   // A prior would be chosen, and would fail on the real plant, whose parameters differ.
   const Recipe recipe = derived(kSpring);

@@ -294,6 +294,24 @@ TEST(PriorObserver, PredictsOverAMissingOutput) {
   EXPECT_LT(variance(), 1.5F * before);
 }
 
+TEST(PriorObserver, WithoutUnitsItIsThePriorWhoseCorrectionsAreZero) {
+  auto learned = testing::prior_model<double>();
+  learned.correction.mlp = make_mlp<Activation::kTanh>(Dense<double, 9, 7>{});
+  static const auto model = testing::filter_model<double>();
+  static const auto same = learned;
+  PriorObserver filter(model);
+  PriorObserver prior(same);
+  for (int k = 0; k < 400; ++k) {
+    const double y = k % 37 == 5 ? static_cast<double>(kNaN) : 2.0 * std::sin(0.02 * k);
+    const double dt_s = k % 11 == 3 ? 0.05 : 0.02;  // a missing measurement, and a gap
+    ASSERT_EQ(filter.step(y, dt_s), prior.step(y, dt_s));
+    for (int i = 0; i < 5; ++i) ASSERT_EQ(filter.latent()[i], prior.latent()[4 + i]) << k;  // exp(0) = 1 exactly
+    for (int i = 0; i < 2; ++i) ASSERT_EQ(filter.estimate()[i], filter.latent()[i]);
+  }
+  EXPECT_GT(std::abs(filter.latent()[1]), 0.1) << "control: the filter has left its start";
+  static_assert(sizeof(model) < sizeof(same) / 2);
+}
+
 TEST(DrivenKklObserver, AnExtremeInputIsNotUsed) {
   const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
   DrivenKklObserver observer(model);

@@ -221,7 +221,30 @@ constexpr PriorTestModel<Scalar, Equations> prior_model() {
   return model;
 }
 
-/// One observer of each structure.
+/// prior_model() without units: an extended Kalman filter. T* passes on x.
+template <class Scalar>
+using FilterTestModel = FilterModel<Scalar, 2, 1, OscillatorEquations<Scalar>,
+                                    LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 5, 2>>>>;
+
+template <class Scalar>
+constexpr FilterTestModel<Scalar> filter_model() {
+  const auto prior = prior_model<Scalar>();
+  FilterTestModel<Scalar> model{};
+  set_sampling(model);
+  for (int i = 0; i < 5; ++i) {
+    model.state_min[i] = prior.state_min[i];
+    model.state_max[i] = prior.state_max[i];
+    model.initial[i] = prior.initial[4 + i];
+  }
+  for (int i = 0; i < 2; ++i) model.state_noise[i] = prior.state_noise[i];
+  model.output_noise[0] = prior.output_noise[0];
+  auto map = mixed_dense<Scalar, 5, 2>(0.0, 1);
+  for (int i = 0; i < 2; ++i) map.weights[i][i] = Scalar(1);
+  model.inverse_map.mlp = make_mlp<Activation::kTanh>(map);
+  return model;
+}
+
+/// One observer of each structure, and a filter.
 template <class Scalar, class Check>
 void each_structure(const Check& check) {
   static const auto kkl = undriven_model<Scalar>(Hold::kFirstOrder);
@@ -231,6 +254,7 @@ void each_structure(const Check& check) {
   static const auto gated = gated_model<Scalar>();
   static const auto carried = carried_model<Scalar>();
   static const auto prior = prior_model<Scalar>();
+  static const auto filter = filter_model<Scalar>();
   const auto with = [&check](auto observer) { check(observer); };
   with(KklObserver(kkl));
   with(LuenbergerObserver(luenberger));
@@ -239,6 +263,7 @@ void each_structure(const Check& check) {
   with(GatedObserver(gated));
   with(CarriedObserver(carried));
   with(PriorObserver(prior));
+  with(PriorObserver(filter));
 }
 
 }  // namespace nlo::testing

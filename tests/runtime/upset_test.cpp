@@ -24,7 +24,7 @@ namespace {
 constexpr int kArmedAfter = 60;
 constexpr int kPeriod = 400, kFault = 20;        // samples: period and duration of sensor faults
 constexpr int kSettled = 40 * kPeriod;           // after this time the pair must equal its twin, even for z = 1e30
-constexpr int kFlips = 20'000, kStructures = 7;  // equally many for each structure
+constexpr int kFlips = 20'000, kStructures = 8;  // equally many for each structure
 
 /// y is periodic; in a fault it jumps between two values, which no prediction follows.
 float measured(int k) {

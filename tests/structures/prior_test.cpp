@@ -213,12 +213,12 @@ TEST(EquationTape, HasTheValuesAndSlopesOfItsExpressions) {
   }
 }
 
-Experiment prior_experiment(const std::string& observer) {
+Experiment prior_experiment(const std::string& observer, int units = 5) {
   Experiment experiment = parse_experiment(
       "name = \"p\"\n[plant]\nstates = [\"position\", \"velocity\"]\nderivative = [\"velocity\", \"-c * position\"]\n"
       "outputs = [\"position\"]\nparameters = { c = [3.0, 4.0] }\n[simulation]\ninitial_low = [-1.0, -1.0]\n"
-      "initial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\nunits = 5\n" +
-          observer +
+      "initial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\nunits = " +
+          std::to_string(units) + "\n" + observer +
           "[inverse_map]\nhidden = [8]\nlinear_path = true\n[training]\nsteps = 60\nlearning_rate = 0.01\n"
           "trajectories_per_step = 8\nsamples_per_step = 600\n",
       "prior.toml");
@@ -331,9 +331,52 @@ TEST(Prior, NeverKeepsAModelThatEstimatesAStateWorseThanItsInitialFilter) {
 
 TEST(Prior, ReadsBackFromTheModelFile) {
   const Dataset data = harmonics({60, 90}, false);
-  const codegen::Model model = train(prior_experiment(""), data, data, {}).model;
-  const std::string text = codegen::to_json(model);
-  EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
+  for (const int units : {5, 0}) {
+    const codegen::Model model = train(prior_experiment("", units), data, data, {}).model;
+    const std::string text = codegen::to_json(model);
+    EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
+    EXPECT_EQ(text.find("\"gates\"") != std::string::npos, units > 0);
+  }
+}
+
+TEST(Prior, WithoutUnitsItIsTheTunedFilterFromWhichTrainingStarts) {
+  Dataset data = harmonics({60, 90, 75}, true);
+  const auto filter = [&data](int units) {
+    Experiment experiment = prior_experiment("", units);
+    experiment.inverse_map.hidden = {};
+    experiment.inverse_map.readout = ReadoutChoice::kNetwork;
+    experiment.training.steps = 0;
+    return train(experiment, data, data, {});
+  };
+  const TrainingResult with = filter(5), without = filter(0);
+  EXPECT_EQ(without.model.nz(), 5) << "two states and the triangle of their covariance";
+  EXPECT_EQ(without.validation_rmse, with.validation_rmse) << "corrections of zero change no bit";
+  const auto& tuned = std::get<codegen::Prior>(with.model.structure);
+  const auto& same = std::get<codegen::Prior>(without.model.structure);
+  EXPECT_EQ(same.state_noise, tuned.state_noise);
+  EXPECT_EQ(same.output_noise, tuned.output_noise);
+  EXPECT_NEAR(without.validation_rmse, testing::reference_rmse(without.model, data), 1e-3 * without.validation_rmse)
+      << "training equals flight";
+}
+
+TEST(Prior, WithoutUnitsOnlyTheInverseMapLearns) {
+  const Dataset data = harmonics({60, 90, 75}, false);
+  const TrainingResult result = train(prior_experiment("", 0), data, data, {});
+  EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data), 1e-3 * result.validation_rmse);
+}
+
+TEST(Prior, RefusesRatesWithoutUnits) {
+  EXPECT_EQ(thrown_message([] { prior_experiment("rates = [1.0, 2.0]\n", 0); }),
+            "prior.toml:13: [observer] rates has no effect without units; remove it");
+  EXPECT_EQ(thrown_message([] {
+              parse_experiment(
+                  "name = \"g\"\n[plant]\nstates = [\"a\"]\nderivative = [\"-a\"]\noutputs = [\"a\"]\n"
+                  "[simulation]\ninitial_low = [-1.0]\ninitial_high = [1.0]\n[observer]\n"
+                  "structure = \"gated\"\nunits = 0\n",
+                  "gated.toml");
+            }),
+            "gated.toml:11: [observer] units is 0, but a gated observer is made of units; give it at least one, or use "
+            "structure = \"prior\", which without units is an extended Kalman filter");
 }
 
 TEST(Prior, RefusesPlantsThatItCannotStep) {

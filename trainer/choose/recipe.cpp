@@ -113,7 +113,7 @@ class Deriver {
     for (const Choice& choice : finalists) {
       Experiment e = with(choice.bank, choice.reading);
       complete(e, choice);
-      experiments.push_back(checked(e));
+      experiments.push_back(checked(e, base_));
     }
     const std::vector<Rival> rivals = structure_rivals(draft_, for_data_, scales);
     if (finalists.size() == 1 && rivals.empty() && !may_read_clock_products())
@@ -148,11 +148,12 @@ class Deriver {
     const TrainableStructure& structure = structure_of(for_data_.observer);
     Experiment e = with_structure(draft_, for_data_, structure, scales);
     const UnitSettings& units = e.observer.own.get<UnitSettings>();
-    std::string text = fmt::format(
-        "derived  structure \"{}\": {} units, at first with rates from {} to {} 1/s\n"
-        "         T* {}, {} steps{}; all of it: derived.toml\n",
-        structure.name(), units.units, shortest_text(units.rates.front()), shortest_text(units.rates.back()),
-        map_text(e.inverse_map), e.training.steps, data_text(e));
+    std::string text = fmt::format("derived  structure \"{}\"", structure.name());
+    text += units.units == 0 ? " without units: an extended Kalman filter, tuned on the training data\n"
+                             : fmt::format(": {} units, at first with rates from {} to {} 1/s\n", units.units,
+                                           shortest_text(units.rates.front()), shortest_text(units.rates.back()));
+    text += fmt::format("         T* {}, {} steps{}; all of it: derived.toml\n", map_text(e.inverse_map),
+                        e.training.steps, data_text(e));
     if (const std::string reason = misleading_validation(structure, for_data_); !reason.empty())
       text += fmt::format("warning: in flight a prior may be worse than its validation: {}\n", reason);
     return {std::move(e), std::move(text)};
@@ -215,7 +216,7 @@ class Deriver {
     told += fmt::format("\n         {} steps: more of them raise the error on the last quarter of the log", steps);
     t.steps = steps;
     set("training.validate_every", t.validate_every, std::clamp(steps / 12, 1, t.validate_every));
-    return checked(e);
+    return checked(e, base_);
   }
 
   bool given(std::string_view key) const { return draft_.given.has(std::string(key)); }
@@ -263,14 +264,7 @@ class Deriver {
         o.clocks_s.push_back(rounded(time_s));
     if (o.clocks_s.empty()) o.clocks_s = {rounded(2.0 * period_s_)};
     o.own.set<KklConfig>().clock_products = ClockProductSet::kAll;
-    return checked(e);
-  }
-
-  /// Returns the experiment that its own text gives, which is the content of derived.toml.
-  Experiment checked(const Experiment& e) const {
-    Experiment derived = parse_experiment(format_experiment(e), "what was derived");
-    derived.threads = base_.threads;
-    return derived;
+    return checked(e, base_);
   }
 
   /// Returns true if the checks allow an observer that reads and starts in this way.

@@ -44,6 +44,12 @@ Effort effort_of(const TrainableStructure& structure) {
 
 }  // namespace
 
+Experiment checked(const Experiment& derived, const Experiment& base) {
+  Experiment experiment = parse_experiment(format_experiment(derived), "what was derived");
+  experiment.threads = base.threads;
+  return experiment;
+}
+
 Experiment with_structure(const DraftExperiment& draft, const Experiment& base, const TrainableStructure& structure,
                           const DataScales& scales) {
   const auto set = [&draft](const char* key, auto& value, auto derived) {
@@ -60,12 +66,20 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
   const Effort effort = effort_of(structure);
   UnitSettings& units = e.observer.own.set<UnitSettings>();
   set("observer.units", units.units, effort.units);
+  set("loss.scale", e.loss.scale, ErrorScale::kNormalised);
+  TrainingConfig& t = e.training;
+  if (units.units == 0) {
+    // A filter: T* passes on its state, and there is nothing to train.
+    set("inverse_map.hidden", e.inverse_map.hidden, std::vector<int>{});
+    set("inverse_map.linear_path", e.inverse_map.linear_path, true);
+    set("inverse_map.readout", e.inverse_map.readout, ReadoutChoice::kNetwork);
+    set("training.steps", t.steps, 0);
+    return checked(e, base);
+  }
   set("observer.rates", units.rates,
       std::vector<double>{rounded(std::min(scales.slowest, 0.1 / period_s)), rounded(0.5 / period_s)});
   set("inverse_map.hidden", e.inverse_map.hidden, usual_map.hidden);
   set("inverse_map.linear_path", e.inverse_map.linear_path, usual_map.linear_path);
-  set("loss.scale", e.loss.scale, ErrorScale::kNormalised);
-  TrainingConfig& t = e.training;
   set("training.steps", t.steps, effort.steps);
   set("training.trajectories_per_step", t.trajectories_per_step, 32);
   set("training.samples_per_step", t.samples_per_step,
@@ -79,9 +93,7 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
   set("training.gradient_clip", t.gradient_clip, usual_training.gradient_clip);
   set("training.ema", t.ema, 0.998);
   set("training.validate_every", t.validate_every, std::clamp(t.steps / 12, 1, 500));
-  Experiment checked = parse_experiment(format_experiment(e), "what was derived");
-  checked.threads = base.threads;
-  return checked;
+  return checked(e, base);
 }
 
 std::string misleading_validation(const TrainableStructure& structure, const Experiment& base) {

@@ -19,6 +19,10 @@ struct DataScales {
                          ///< system
 };
 
+/// Returns the experiment that the text of `derived` gives, which is the content of derived.toml. It has the number of
+/// threads of `base`. Throws codegen::Error if the checks refuse it.
+Experiment checked(const Experiment& derived, const Experiment& base);
+
 /// Turns `base`, the draft with the keys that determine its data, into an experiment with this structure. Keys of the
 /// draft keep their values; keys of [observer] do so if the draft names this structure. Throws codegen::Error if the
 /// structure does not fit.

@@ -49,6 +49,10 @@ class Gated final : public TrainableStructure {
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
     check_units(experiment, "a gated observer");
+    if (experiment.observer.own.get<UnitSettings>().units == 0)
+      throw KeyError("observer.units",
+                     "[observer] units is 0, but a gated observer is made of units; give it at least one, or use "
+                     "structure = \"prior\", which without units is an extended Kalman filter");
     check_failing_sensors(experiment, channels);
   }
 

@@ -204,20 +204,24 @@ class PriorStructure final : public TrainableStructure {
   void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                 const Dataset&, codegen::Model& model) const override {
     const PriorSetting& own = structure.own.get<PriorSetting>();
-    codegen::Network all = dynamics_of(structure.dynamics, parameters);
-    all.output_scale.tail(own.corrections()) = as_vector(own.scale);
     model.initial_latent.tail(own.carried()) = as_vector(own.start);
-    model.structure = codegen::Prior{.equations = equations_of_plant(experiment, own.inputs > 0).texts,
-                                     .state_min = as_vector(own.low),
-                                     .state_max = as_vector(own.high),
-                                     .fine = as_vector(own.fine),
-                                     .coarse = as_vector(own.coarse),
-                                     .state_noise = as_vector(own.state_noise),
-                                     .output_noise = as_vector(own.output_noise),
-                                     .gates = rows_of(all, 0, 2 * own.units),
-                                     .candidate = rows_of(all, 2 * own.units, own.units),
-                                     .correction = rows_of(all, 3 * own.units, own.corrections()),
-                                     .inverse_map = inverse_map_of(structure, parameters, model.nr())};
+    codegen::Prior prior;
+    prior.equations = equations_of_plant(experiment, own.inputs > 0).texts;
+    prior.state_min = as_vector(own.low);
+    prior.state_max = as_vector(own.high);
+    prior.state_noise = as_vector(own.state_noise);
+    prior.output_noise = as_vector(own.output_noise);
+    prior.inverse_map = inverse_map_of(structure, parameters, model.nr());
+    if (own.units > 0) {
+      codegen::Network all = dynamics_of(structure.dynamics, parameters);
+      all.output_scale.tail(own.corrections()) = as_vector(own.scale);
+      prior.fine = as_vector(own.fine);
+      prior.coarse = as_vector(own.coarse);
+      prior.gates = rows_of(all, 0, 2 * own.units);
+      prior.candidate = rows_of(all, 2 * own.units, own.units);
+      prior.correction = rows_of(all, 3 * own.units, own.corrections());
+    }
+    model.structure = std::move(prior);
   }
 };
 

@@ -182,6 +182,7 @@ void PriorLanes<Scalar>::read(int time) {
 
 template <class Scalar>
 auto PriorLanes<Scalar>::noise(int correction) const -> L {
+  if (setting_.units == 0) return in_lanes<L>(1.0);
   return exponential_of(kept_within(row_of<L>(gain_, correction), -kFarthestNoise, kFarthestNoise));
 }
 
@@ -218,9 +219,11 @@ void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   update_.forward(measured_);
   for (int i = 0; i < nx; ++i) {
     const auto row = static_cast<std::size_t>(i);
+    x_[row] = prior[i] + measured_.change[row];
+    if (setting_.units == 0) continue;
     L learned = row_of<L>(gain_, nx * ny + i);
     for (int j = 0; j < ny; ++j) learned += row_of<L>(gain_, i * ny + j) * reading(ny + j, time);
-    x_[row] = prior[i] + measured_.change[row] + learned;
+    x_[row] += learned;
   }
   std::copy(measured_.p.begin(), measured_.p.end(), x_.begin() + nx);
 }
@@ -249,6 +252,7 @@ void PriorLanes<Scalar>::forward(const GatedRun<Scalar>& run) {
 
 template <class Scalar>
 void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient) {
+  if (parameters() == 0) return;
   begin(run);
   std::fill(to_x_.begin(), to_x_.end(), L{});
   for (std::vector<Scalar>* sums : {&gradient_, &bias_gradient_}) std::fill(sums->begin(), sums->end(), Scalar(0));

@@ -38,7 +38,7 @@ struct PriorSetting {
   int ny() const { return equations.ny(); }
   int reads() const { return 2 * ny() + readings + nx(); }  ///< n_w
   int carried() const { return equations.carried(); }
-  int corrections() const { return nx() * (ny() + 2) + ny(); }  ///< [K; b; c_q; c_r]
+  int corrections() const { return units > 0 ? nx() * (ny() + 2) + ny() : 0; }  ///< [K; b; c_q; c_r]
 };
 
 /// Runs a GatedRun with z = [m; x; p].
@@ -89,7 +89,7 @@ class PriorLanes final : private GatedLoop<Scalar> {
   void take(int time, const Scalar* to_readings) override;
 
   void correct(const Scalar* in, int time);
-  /// Returns exp(c), where c is one of the last corrections, clamped to +-16.
+  /// Returns exp(c), where c is one of the last corrections, clamped to +-16; 1 without units.
   L noise(int correction) const;
   void noise_back(int correction, const L& variance, const L& to_variance);
   L periods(int time) const {

@@ -16,7 +16,8 @@ namespace nlo::trainer {
 std::vector<Key<ObserverConfig>> unit_keys() {
   return {
       own_key<ObserverConfig>(
-          key("units", &UnitSettings::units, between(1, 1024), "gated, prior: number of gated units")),
+          key("units", &UnitSettings::units, between(0, 1024),
+              "gated, prior: number of gated units; prior with 0: an extended Kalman filter, and nothing else")),
       own_key<ObserverConfig>(key(
           "rates", &UnitSettings::rates, positive(),
           "gated, prior: slowest and fastest initial rate of the units [1/s]; empty: 0.01 and 0.5 per sample period"))};
@@ -58,7 +59,8 @@ void check_units(const Experiment& experiment, const char* what) {
     throw KeyError("training.gradient",
                    "[training] gradient selects the gradient of a differential equation, but gated units are stepped "
                    "exactly; remove it");
-  const std::vector<double>& rates = o.own.get<UnitSettings>().rates;
+  const auto& [units, rates] = o.own.get<UnitSettings>();
+  if (units == 0 && !rates.empty()) refuse("rates", "has no effect without units");
   if (!rates.empty() && (rates.size() != 2 || rates[0] > rates[1]))
     throw KeyError(
         "observer.rates",

@@ -9,7 +9,7 @@
 namespace nlo::trainer {
 
 struct UnitSettings {
-  int units = 32;
+  int units = 32;                  ///< 0: a prior without corrections
   std::vector<double> rates = {};  ///< slowest and fastest initial rate [1/s]
 };
 

@@ -10,6 +10,7 @@
 //         that have arrived
 //   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p]),   z = [m; x; p],   p: the upper triangle of P
+// With n_m = 0 nothing is learned: K, b, c_q and c_r are 0, and the observer is the extended Kalman filter itself.
 // x has the n_x estimated states, then the plant's states that are not estimated: n_s states.
 // x and p are limited to a range from which no step overflows. Therefore one outlier cannot move x to where f was never
 // evaluated. Stalenesses are read beside y.
@@ -17,6 +18,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "nlo/covariance.h"
 #include "nlo/explicit_rk.h"
@@ -32,6 +34,13 @@
 #include "nlo/sensor_failures.h"
 
 namespace nlo::inline NLO_ISA {
+
+/// Takes the place of a field that a filter without units does not have. Each field has a type of its own, because two
+/// empty fields of one type would take up space.
+template <int>
+struct NoUnits {
+  static constexpr int kIn = 0, kOut = 0;
+};
 
 /// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 ///   Equations  derivative(x, u, dx) computes d[x; p]/dt. output(x, y) writes the n_y outputs and then dh/dx row by
@@ -66,26 +75,31 @@ struct PriorModel {
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = false;
   static constexpr bool kReadsArrivals = true;  ///< start() and advance() are told which outputs have arrived
-  static_assert(kNx > 0 && kStates >= kNx && kNy > 0 && kUnits > 0 && kNu >= 0);
-  static_assert(Gates::kIn == kUnits + kReads && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
-  static_assert(Candidate::kIn == kUnits + kReads && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
-  static constexpr int kCorrections = kStates * (kNy + 2) + kNy;  ///< [K; b; c_q; c_r]
-  static_assert(Correction::kIn == kUnits + kReads && Correction::kOut == kCorrections, "[m; w] to K, b, c_q and c_r");
+  static_assert(kNx > 0 && kStates >= kNx && kNy > 0 && kUnits >= 0 && kNu >= 0);
+  static constexpr int kIn = kUnits > 0 ? kUnits + kReads : 0;                   ///< [m; w]
+  static constexpr int kCorrections = kUnits > 0 ? kStates*(kNy + 2) + kNy : 0;  ///< [K; b; c_q; c_r]
+  static_assert(Gates::kIn == kIn && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
+  static_assert(Candidate::kIn == kIn && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
+  static_assert(Correction::kIn == kIn && Correction::kOut == kCorrections, "[m; w] to K, b, c_q and c_r");
   static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
+
+  template <int kField>
+  using Squashing = std::conditional_t<(kUnits > 0), Scalar[kNy], NoUnits<kField>>;
 
   Scalar sample_period_s;
   std::uint16_t stale_after;                        ///< after this many held measurements in a row: kStale
   Scalar initial[kNz];                              ///< [m; x; p] before the first measurement
   Scalar state_min[kCarried], state_max[kCarried];  ///< limits of [x; p]
-  Scalar fine[kNy], coarse[kNy];                    ///< innovations at which s is 1/2
+  [[no_unique_address]] Squashing<0> fine{};        ///< n_y: innovations at which the first s is 1/2
+  [[no_unique_address]] Squashing<1> coarse{};      ///< n_y: likewise of the second s
   Scalar state_noise[kStates], output_noise[kNy];   ///< variances at c_q = 0 (per sample period) and c_r = 0
   ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;
-  Gates gates;             ///< layer that computes [a_s; a_g]
-  Candidate candidate;     ///< layer that computes the argument of the tanh
-  Correction correction;   ///< layer that computes K row by row, then b, c_q, c_r
-  InverseMap inverse_map;  ///< T*
+  [[no_unique_address]] Gates gates{};            ///< layer that computes [a_s; a_g]
+  [[no_unique_address]] Candidate candidate{};    ///< layer that computes the argument of the tanh
+  [[no_unique_address]] Correction correction{};  ///< layer that computes K row by row, then b, c_q, c_r
+  InverseMap inverse_map;                         ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
@@ -155,45 +169,59 @@ struct PriorModel {
   /// Replaces [m; x-; p-] by [m; x; p].
   template <Arithmetic kArithmetic, bool kRegular>
   void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Vector<bool, kNy>& arrived, Scalar periods) const {
-    constexpr int kIn = kUnits + kReads;
+    Scalar expected[kNy * (1 + kStates)], nu[kNy], q[kStates], r[kNy], change[kStates]{}, learned[kStates]{};
+    Scalar *const x = &z[kUnits], *const p = x + kStates;
+    Equations::output(x, expected);
+    for (int j = 0; j < kNy; ++j) nu[j] = select<kArithmetic>(arrived[j], y[j] - expected[j], Scalar(0));
+    for (int i = 0; i < kStates; ++i) q[i] = state_noise[i];
+    for (int j = 0; j < kNy; ++j) r[j] = output_noise[j];
+    if constexpr (kUnits > 0) learn<kArithmetic, kRegular>(z, y, nu, periods, q, r, learned);
+    for (int i = 0; i < kStates; ++i) {
+      if constexpr (!kRegular) q[i] = rounded<Scalar>(q[i] * periods);
+      p[in_triangle(kStates, i, i)] += q[i];
+    }
+    for (int j = 0; j < kNy; ++j)
+      take_output<kArithmetic>(&expected[kNy + j * kStates], nu[j], r[j], arrived[j], change, p);
+    for (int i = 0; i < kStates; ++i) x[i] += change[i] + learned[i];
+    for (int i = 0; i < kCarried; ++i) x[i] = kept_within<kArithmetic>(x[i], i);
+  }
+
+  /// Steps the units m in z = [m; x-; p-], and lets them correct: multiplies q by exp(c_q) and r by exp(c_r), and
+  /// writes K s(nu, coarse) + b to `learned`.
+  template <Arithmetic kArithmetic, bool kRegular>
+  NLO_INLINE void learn(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&nu)[kNy], Scalar periods,
+                        Scalar (&q)[kStates], Scalar (&r)[kNy], Scalar (&learned)[kStates]) const {
     LayerBuffer<Scalar, kIn> in;
     GateBuffers<Scalar, kUnits> between;
-    Scalar m[kUnits], expected[kNy * (1 + kStates)], nu[kNy], gain[kCorrections];
-    Scalar *const w = &in.values[kUnits], *const x = &z[kUnits];
-    for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
-    Equations::output(x, expected);
+    Scalar m[kUnits], gain[kCorrections], *const w = &in.values[kUnits];
+    for (int u = 0; u < kUnits; ++u) in.values[u] = m[u] = z[u];
     for (int j = 0; j < kNy; ++j) {
-      nu[j] = select<kArithmetic>(arrived[j], y[j] - expected[j], Scalar(0));
       const Scalar size = select<kArithmetic>(nu[j] >= Scalar(0), nu[j], -nu[j]);
       w[j] = nu[j] / (fine[j] + size);
       w[kNy + j] = nu[j] / (coarse[j] + size);
     }
-    for (int r = 0; r < kNr; ++r) w[2 * kNy + r] = y[r];
-    for (int i = 0; i < kStates; ++i) w[2 * kNy + kNr + i] = x[i];
+    for (int j = 0; j < kNr; ++j) w[2 * kNy + j] = y[j];
+    for (int i = 0; i < kStates; ++i) w[2 * kNy + kNr + i] = z[kUnits + i];
     for (int i = kIn; i < kernels::padded(kIn); ++i) in.values[i] = Scalar(0);
     kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
                                                between.targets(), m, periods);
-    for (int r = 0; r < kUnits; ++r) in.values[r] = z[r] = m[r];
+    for (int u = 0; u < kUnits; ++u) in.values[u] = z[u] = m[u];
     correction.template evaluate<kArithmetic>(in.values, gain);
     const Scalar *const drift = &gain[kStates * kNy], *const noise = drift + kStates;
-    Scalar change[kStates]{}, *const p = x + kStates;
+    for (int i = 0; i < kStates; ++i) q[i] = rounded<Scalar>(q[i] * noise_of<kArithmetic>(noise[i]));
+    for (int j = 0; j < kNy; ++j) r[j] = rounded<Scalar>(r[j] * noise_of<kArithmetic>(noise[kStates + j]));
     for (int i = 0; i < kStates; ++i) {
-      Scalar q = rounded<Scalar>(state_noise[i] * noise_of<kArithmetic>(noise[i]));
-      if constexpr (!kRegular) q = rounded<Scalar>(q * periods);
-      p[in_triangle(kStates, i, i)] += q;
+      learned[i] = drift[i];
+      for (int j = 0; j < kNy; ++j) learned[i] = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], learned[i]);
     }
-    for (int j = 0; j < kNy; ++j)
-      take_output<kArithmetic>(&expected[kNy + j * kStates], nu[j],
-                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kStates + j])), arrived[j],
-                               change, p);
-    for (int i = 0; i < kStates; ++i) {
-      Scalar learned = drift[i];
-      for (int j = 0; j < kNy; ++j) learned = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], learned);
-      x[i] += change[i] + learned;
-    }
-    for (int i = 0; i < kCarried; ++i) x[i] = kept_within<kArithmetic>(x[i], i);
   }
 };
+
+/// An extended Kalman filter: a PriorModel without units.
+template <class Scalar, int kNx, int kNy, class Equations, class InverseMap, int kNu = 0,
+          Hold kInputHold = Hold::kZeroOrder, int kNf = 0>
+using FilterModel =
+    PriorModel<Scalar, kNx, kNy, 0, Equations, NoUnits<2>, NoUnits<3>, NoUnits<4>, InverseMap, kNu, kInputHold, kNf>;
 
 /// The observer of a PriorModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
