@@ -34,7 +34,7 @@ constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
   return layer;
 }
 
-/// A network kIn - kWidth x kDepth - kOut.
+/// Returns a network kIn - kWidth x kDepth - kOut.
 template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut, class Weight = float>
 constexpr auto random_mlp() {
   if constexpr (kDepth == 0) {

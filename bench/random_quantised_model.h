@@ -29,7 +29,7 @@ constexpr auto random_quantised_dense(std::uint32_t seed) {
   return layer;
 }
 
-/// A network kIn-kWidth x kDepth-kOut with inputs in +-5.
+/// Returns a network kIn-kWidth x kDepth-kOut with inputs in +-5.
 template <Activation kKind, int kWidth, int kDepth, int kIn = 3, int kOut = 2>
 constexpr auto random_quantised_map() {
   constexpr int kScale = kWidth <= 16 ? 13 : 12;

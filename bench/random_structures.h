@@ -28,7 +28,7 @@ constexpr void set_sampling(Model& model) {
   }
 }
 
-/// Observer (15) for two states: A - G C = [[-3, 1], [-6, -0.3]], g_hat with kDepth hidden layers of kWidth.
+/// Returns observer (15) for two states: A - G C = [[-3, 1], [-6, -0.3]], g_hat with kDepth hidden layers of kWidth.
 template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_luenberger_model() {
   using Network = decltype(random_mlp<kKind, 2, kWidth, kDepth, 2>());
@@ -95,7 +95,7 @@ struct PendulumEquations {
   }
 };
 
-/// A prior observer with these equations and kUnits units; T* has one hidden layer of 16.
+/// Returns a prior observer with these equations and kUnits units; T* has one hidden layer of 16.
 template <int kUnits>
 constexpr auto random_prior_model() {
   constexpr Activation kKind = Activation::kTanh;
@@ -124,7 +124,7 @@ constexpr auto random_prior_model() {
   return model;
 }
 
-/// Three vectors that a gyroscope rotates, from one accelerometer. The estimate is a direction.
+/// Returns a model of three vectors that a gyroscope rotates, from one accelerometer. The estimate is a direction.
 constexpr auto random_carried_model() {
   CarriedModel<float, 3, 3, 3, 0, false, true> model{};
   set_sampling(model);

@@ -15,7 +15,7 @@
 
 namespace nlo::bench {
 
-/// The layers of random_mlp() unchanged: a tuple of Dense.
+/// Returns the layers of random_mlp() unchanged: a tuple of Dense.
 template <int kIn, int kWidth, int kDepth, int kOut>
 constexpr auto random_layers() {
   return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {

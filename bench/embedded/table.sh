@@ -103,7 +103,7 @@ row() {
   esac
 }
 
-# page_of CORE VARIANT prints the page that has its row.
+# page_of CORE VARIANT prints the path of the page with the row of this core and variant.
 page_of() {
   case $1,$2 in
     rv64*) echo "$here/riscv/README.md" ;;

@@ -118,7 +118,7 @@ class ExpressionParser {
     append(Kind::kProduct);
   }
 
-  /// Raises the value of the nodes from `first` on to the power that follows, by repeated products.
+  /// Reads a power from 1 to 4 and raises the sub-expression that starts at node `first` to it, by repeated products.
   void power(std::size_t first) {
     skip_space();
     const int power = at_ < text_.size() ? text_[at_] - '0' : 0;

@@ -30,7 +30,7 @@ class LinearSteps {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-  /// `model` must outlive it.
+  /// `model` must outlive this object.
   explicit LinearSteps(const Model& model);
 
   void start(Matrix& z, const Matrix& y) const;

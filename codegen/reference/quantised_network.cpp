@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// quantise_test.cpp compares it with the runtime's templates.
+// The network in integers. quantise_test.cpp compares its results with those of the runtime's templates.
 #include "codegen/reference/quantised_network.h"
 
 #include <nlo/kernels/arithmetic.h>

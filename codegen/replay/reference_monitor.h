@@ -19,7 +19,7 @@ Eigen::MatrixXd monitor_features(const Model& model, const Run& run);
 
 class ReferenceMonitor {
  public:
-  /// Copies the monitor; `model` must outlive it.
+  /// Copies `monitor`. `model` must outlive this object.
   ReferenceMonitor(const Model& model, Monitor monitor);
 
   void reset();
@@ -42,7 +42,7 @@ class ReferenceMonitor {
   Eigen::VectorXd widened(const Eigen::VectorXd& sigma) const;
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
-  /// Number of measurements that usable_outputs() rejected since reset().
+  /// Returns the number of measurements that usable_outputs() rejected since reset().
   Eigen::Index rejected() const { return all_rejected_; }
 
   /// Returns the alarm that belongs to each entry of levels(), for a model with these limits.

@@ -58,7 +58,7 @@ class ReferenceObserver {
   /// allows.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
 
-  /// x_hat, n_x.
+  /// Returns x_hat, n_x.
   Vector estimate() const;
 
   /// Returns z, n_z. Angles and z are unwrapped from the first sample on. To compare z with an observer that turns z
@@ -86,8 +86,8 @@ class ReferenceObserver {
   /// Returns true if the last step was left out because its result was not finite.
   bool diverged() const { return status_ == StepStatus::kDiverged; }
 
-  /// Everything that a step changes, as snapshot_size() numbers for restore(). An observer of the same model that
-  /// restores them continues with the same bits.
+  /// snapshot() returns everything that a step changes, as snapshot_size() numbers. If another observer of the same
+  /// model restores them with restore(), its next steps give the same bits.
   Eigen::Index snapshot_size() const;
   Eigen::VectorXd snapshot() const;
   /// Throws Error and changes nothing if the snapshot is not one of this model.

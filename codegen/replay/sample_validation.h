@@ -14,7 +14,7 @@ namespace nlo::codegen {
 
 class SampleValidation {
  public:
-  /// `model` must outlive it.
+  /// `model` must outlive this object.
   SampleValidation(const Model& model, FlownRanges ranges);
 
   void reset();
@@ -31,7 +31,7 @@ class SampleValidation {
   /// these turns times W, n_r.
   Eigen::VectorXd turn_back();
 
-  /// The state of the validation: y(), u(), and the health of each of channels() channels.
+  /// Returns the state of the validation: y(), u(), and the health of each of channels() channels.
   Eigen::VectorXd held_values() const;
   Eigen::Index channels() const { return static_cast<Eigen::Index>(health_.size()); }
   /// Continues from a saved state. `started`: true if there has been a good sample.

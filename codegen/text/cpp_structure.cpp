@@ -38,7 +38,7 @@ std::string CppStructureBase::trailing_fields() const {
 
 namespace {
 
-/// Template arguments of a model after T*, and the name of each in the comment after them.
+/// Template arguments of a model that follow T*, and the words that name each argument in a comment behind them.
 struct Arguments {
   std::string values, words;
   void add(const std::string& value, const char* word) {

@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstdint>
 
-/// CLOCK_MONOTONIC [ns].
+/// Returns the time of CLOCK_MONOTONIC [ns].
 inline std::int64_t monotonic_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);

@@ -45,7 +45,7 @@ struct alignas(Model) alignas(8) ModelBlob {
 
 inline constexpr std::uint32_t kBlobMagic = 0x314F4C4EU;  // "NLO1"
 
-/// CRC-32 (IEEE 802.3) of `size` bytes, continuing from `crc`.
+/// Returns the CRC-32 (IEEE 802.3) of `size` bytes, continuing from `crc`.
 inline std::uint32_t crc32(const unsigned char* bytes, std::size_t size, std::uint32_t crc = 0) {
   crc = ~crc;
   for (std::size_t i = 0; i < size; ++i) {

@@ -72,7 +72,7 @@ void expect_reference_bits(const Model& m, const Flown& flown) {
   }
 }
 
-TEST(StepMemory, StepsUseNoOtherMemoryInALoopForAnyStructure) {
+TEST(StepMemory, MakesALoopFreeOfAllocationsAndLocksForAnyStructure) {
   std::vector<Model> models = example_models();
   models.push_back(mixed_model());
   for (const Model& m : models)

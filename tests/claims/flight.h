@@ -12,7 +12,7 @@ namespace nlo::claims {
 
 /// Paths of programs and of the folder to work in.
 struct Tools {
-  std::string nlo, compiler, runtime, source;  ///< `runtime`: folder of nlo/*.h; `source`: of this repository
+  std::string nlo, compiler, runtime, source;  ///< `runtime`: folder of nlo/*.h; `source`: root of this repository
   std::string work;
 };
 

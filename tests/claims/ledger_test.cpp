@@ -61,7 +61,7 @@ std::string with(std::string text, const std::string& old, const std::string& by
   return text;
 }
 
-TEST(Ledger, ReadsItsOwnText) {
+TEST(Ledger, ReadsBackTheTextThatItWrote) {
   const std::string written = write_ledger(read_ledger(kText, "ledger.toml"));
   EXPECT_EQ(write_ledger(read_ledger(written, "again")), written);
   for (const char* part : {"value = 0.1", "at_least = 0.99", "slow = true", "set = [\"training.steps=7\"]",

@@ -237,7 +237,7 @@ TEST(CppHeader, EqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(watched_model(), {})), "watched.h");
 }
 
-TEST(CppHeader, OfADrivenObserverEqualsItsGoldenFile) {
+TEST(CppHeader, ForADrivenObserverEqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(driven_model(), {})), "driven.h");
 }
 

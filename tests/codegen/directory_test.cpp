@@ -165,7 +165,7 @@ class File : public testing::Test {
   ScratchDirectory folder_;
 };
 
-TEST_F(File, ReadsItsOwnBytes) {
+TEST_F(File, ReadsBackTheBytesThatItWrote) {
   const std::string bytes("a\0b\r\n", 5);
   write_file_atomically(path("x"), bytes);
   EXPECT_EQ(read_file(path("x")), bytes);

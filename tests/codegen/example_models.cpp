@@ -63,7 +63,7 @@ Network random_network(const std::vector<int>& widths, std::uint64_t seed, doubl
   return n;
 }
 
-/// Channels and sampling.
+/// Returns a model that has only channels, their ranges and a sample period.
 Model blank(const std::string& name, int ny, int nx) {
   Model m;
   m.name = name;

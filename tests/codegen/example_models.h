@@ -119,10 +119,10 @@ Model with_error(Model model, std::uint64_t seed);
 /// Returns a model with an error head for each structure with a T*; some have an angle, saturation or a linear path.
 std::vector<Model> error_models();
 
-/// The last of example_models(): a model of each structure except the plain KKL.
+/// Returns the last models of example_models(): one of each structure except the plain KKL.
 std::vector<Model> structure_models();
 
-/// All of the above; the names are unique.
+/// Returns the models of all functions above. Their names are unique.
 std::vector<Model> example_models();
 
 }  // namespace nlo::codegen

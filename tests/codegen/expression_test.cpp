@@ -109,7 +109,7 @@ const std::vector<std::string> kEquations = {
     "sign(a) * tan(c / 3)",        "-a^2 / 2 / c + pi * b",
     "max(a, 0) * min(b, c, 0.5)",  "sqrt(max(a * b, 0)) - max(c, 1) * min(c, -2)"};
 
-TEST(Expression, OfEquationsHasDivisionsAndFunctions) {
+TEST(Expression, InEquationsMayHaveDivisionsAndFunctions) {
   const double at[] = {0.7, -1.3, 0.9};
   const auto number = [&](const std::string& text) {
     return Expression(text, kNames, kFunctions).evaluate<double>([&](int j) { return at[j]; });
@@ -134,7 +134,7 @@ TEST(Expression, OfEquationsHasDivisionsAndFunctions) {
   EXPECT_NE(refused("sin(a").find("expected \")\""), std::string::npos);
 }
 
-TEST(Expression, OfEquationsHasMinimumAndMaximum) {
+TEST(Expression, InEquationsMayHaveMinimumAndMaximum) {
   const auto of = [](const char* text) { return Expression(text, kNames, kFunctions); };
   const auto number = [&](const char* text, double a, double b) {
     return of(text).evaluate<double>([&](int j) { return j == 0 ? a : b; });

@@ -74,7 +74,7 @@ TEST(ReproduceCommand, NamesTheProgramThatIsMissingAndHowToBuildIt) {
   EXPECT_THAT(scratch.run_program(here + "/nlo", {"reproduce", "table1"}).err, HasSubstr("Permission denied"));
 }
 
-TEST(ExperimentsOfThePaper, TrainByTheirPath) {
+TEST(ExperimentsOfThePaper, CanBeTrainedByTheirPathButNotByName) {
   const Scratch scratch;
   const std::string paper = NLO_SOURCE_DIR "/trainer/experiments/paper/example1.toml";
   const ProgramResult by_path = scratch.run(

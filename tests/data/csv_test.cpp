@@ -76,7 +76,7 @@ TEST(Csv, NamesTheLineOfARaggedRow) {
   EXPECT_THAT(error_in("a,b\n1,2,3\n5,6\n"), HasSubstr("a.csv:2: expected 2 cells as in the header, found 3"));
   EXPECT_THAT(error_in("a,b\n1,2\n\n5,6\n"), AllOf(HasSubstr("a.csv:3: "), HasSubstr("the line is blank")));
   EXPECT_THAT(error_in("a\n1\n\n5\n"), HasSubstr("a.csv:3: "));
-  EXPECT_THAT(error_in("a,b\n1,2\n3"), HasSubstr("the log ends inside a row: delete it"));
+  EXPECT_THAT(error_in("a,b\n1,2\n3"), HasSubstr("the log ends inside a row: delete this last row"));
 }
 
 TEST(Csv, NamesTheCellThatIsNotAFiniteNumber) {

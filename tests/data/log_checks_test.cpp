@@ -99,7 +99,7 @@ TEST_F(LogChecks, NoteRadInAColumnOfDegrees) {
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "deg"}), IsEmpty());  // a range of a few degrees is plausible
 }
 
-TEST_F(LogChecks, NoteAWrapThatNeverWraps) {
+TEST_F(LogChecks, NoteAnAngleThatNeverReachesItsWrap) {
   EXPECT_THAT(notes(two_columns(swing, other), {.unit = "rad", .wrap = kTurn}),
               ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("remove wrap"))));
   // The angle does not wrap in this log, but it comes so close to the wrap that another log may wrap.
@@ -107,7 +107,7 @@ TEST_F(LogChecks, NoteAWrapThatNeverWraps) {
               IsEmpty());
 }
 
-TEST_F(LogChecks, NoteAWrapThatAlwaysWraps) {
+TEST_F(LogChecks, NoteAnAngleThatCrossesItsWrapTooOften) {
   const auto spin = [](double per_second) {
     return two_columns([=](double t) { return std::remainder(per_second * t, kTurn); }, other);
   };

@@ -30,7 +30,7 @@ TEST_F(LogClock, UsesThePeriodOfTheStampsIfNoneIsGiven) {
   EXPECT_EQ(report_.sample_period_s, load(config, log_.csv()).sample_period_s);
 }
 
-TEST_F(LogClock, UsesThePeriodOfTheRowsTimesEvery) {
+TEST_F(LogClock, MultipliesThePeriodOfTheRowsByTheKeyEvery) {
   LogConfig config = SyntheticLog::config();
   config.every = 4;
   config.sample_period_s = 0.0;

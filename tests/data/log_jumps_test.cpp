@@ -63,7 +63,7 @@ double side(int k) {
   return (k >= 300 && k < 700) || (k >= 1500 && k < 1800) ? -1.0 : 1.0;
 }
 
-TEST_F(LogJumps, OfTheSignOfAQuaternionAreNotedOnceWithTheRemedy) {
+TEST_F(LogJumps, InTheSignOfAQuaternionAreNotedOnceWithTheRemedy) {
   const Column w = [](int k) { return side(k) * std::cos(0.5 * course(k)); },
                z = [](int k) { return side(k) * std::sin(0.5 * course(k)); };
   EXPECT_THAT(notes({"a", "b"}, {w, z}),
@@ -75,14 +75,14 @@ TEST_F(LogJumps, OfTheSignOfAQuaternionAreNotedOnceWithTheRemedy) {
       << "control";
 }
 
-TEST_F(LogJumps, OfAPositiveQuaternionAreNotReportedAsAWrap) {
+TEST_F(LogJumps, InAPositiveQuaternionAreNotReportedAsAWrap) {
   const auto canonical = [](int k) { return std::cos(0.5 * course(k)) < 0.0 ? -1.0 : 1.0; };
   EXPECT_THAT(notes({"w", "z"}, {[&](int k) { return canonical(k) * std::cos(0.5 * course(k)); },
                                  [&](int k) { return canonical(k) * std::sin(0.5 * course(k)); }}),
               ElementsAre(AllOf(HasSubstr("\"z\" changes the sign, "), HasSubstr("quaternion"))));
 }
 
-TEST_F(LogJumps, OfAnAngleAreNotedWithItsFullTurn) {
+TEST_F(LogJumps, InAnAngleAreNotedWithItsFullTurn) {
   const auto wrapped = [](double turn, double low) {
     return [=](int k) { return low + std::fmod(turn * (0.31 + 0.004 * k + 0.02 * std::sin(0.05 * k)), turn); };
   };
@@ -98,7 +98,7 @@ TEST_F(LogJumps, OfAnAngleAreNotedWithItsFullTurn) {
       << "with the unit of an angle, one jump is enough";
 }
 
-TEST_F(LogJumps, OfColumnsThatChangePlacesAreNoted) {
+TEST_F(LogJumps, AreNotedIfColumnsChangePlaces) {
   const auto joint = [](int i, int k) { return 0.7 * i + 0.5 + 0.3 * std::sin(0.01 * (i + 2) * k + i); };
   const auto swaps = [&](int i, int k) { return joint(k % 300 > 200 && i < 2 ? 1 - i : i, k); };
   const auto turns = [&](int i, int k) { return joint(k % 300 > 200 ? (i + 1) % 3 : i, k); };
@@ -118,7 +118,7 @@ TEST_F(LogJumps, OfColumnsThatChangePlacesAreNoted) {
   EXPECT_THAT(notes(names, columns(joint)), IsEmpty()) << "control";
 }
 
-TEST_F(LogJumps, OfThePlantItselfAreNotReported) {
+TEST_F(LogJumps, ThatThePlantMakesAreNotReported) {
   std::mt19937 engine(3);
   std::normal_distribution<double> noise(0.0, 1.0);
   const auto square = [](int k) { return k % 100 < 50 ? 1.0 : -1.0; };

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-TEST(Config, ReadsItsOwnText) {
+TEST(Config, ReadsBackTheTextThatItWrote) {
   const Experiment e = parse_experiment(kPlantExperiment, "e.toml");
   EXPECT_EQ(e.name, "small");
   ASSERT_TRUE(e.plant);

@@ -103,7 +103,7 @@ TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
   EXPECT_EQ(again.known->simulation.share, 0.25);
 }
 
-TEST(KnownPlant, AMismatchWithTheLogsIsRefusedByName) {
+TEST(KnownPlant, RefusesAMismatchWithTheLogsAndNamesIt) {
   expect_rows(both(), {
                           {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
                            "the logs have the state \"rate\", but [plant] does not; name its channels"},

@@ -87,7 +87,7 @@ std::string error_of(const Plant& plant) {
   return thrown_message([&] { affine_input_field(plant, kLow, kHigh); });
 }
 
-TEST(AffineInputField, OfALinearPlantEqualsBWithoutRounding) {
+TEST(AffineInputField, EqualsBWithoutRoundingForALinearPlant) {
   const Eigen::MatrixXd b = (Eigen::Matrix2d() << 0.1, -0.3, 1.0 / 3.0, 7e-9).finished();
   const LinearPlant plant("driven", channels({"x1", "x2"}), channels({"y"}), Eigen::Matrix2d::Identity(),
                           Eigen::RowVector2d(1.0, 0.0), channels({"u1", "u2"}), b);
@@ -96,7 +96,7 @@ TEST(AffineInputField, OfALinearPlantEqualsBWithoutRounding) {
   EXPECT_EQ(field.bias, Eigen::VectorXd(b.reshaped()));
 }
 
-TEST(AffineInputField, OfABilinearPlantHasTheColumnsOfItsMatrices) {
+TEST(AffineInputField, HasTheColumnsOfTheMatricesOfABilinearPlant) {
   const auto plant = driven_by({{"2 + 3*x1", "x2"}, {"-x1 + 4*x2", "5"}});
   const codegen::DenseLayer field = affine_input_field(*plant, kLow, kHigh);
   const Eigen::MatrixXd weights = (Eigen::MatrixXd(4, 2) << 3.0, 0.0, -1.0, 4.0, 0.0, 1.0, 0.0, 0.0).finished();

@@ -80,7 +80,7 @@ double largest(const Dataset& set) {
   return most;
 }
 
-TEST(StateFeedback, OfTheTrueStateGivesTheClosedLoopMatrix) {
+TEST(StateFeedback, FromTheTrueStateGivesTheClosedLoopMatrix) {
   const Loop loop;
   const Dataset set = runs_of(experiment());
   double worst = 0.0, open = 0.0;
@@ -178,7 +178,7 @@ TEST(StateFeedback, UsesDrawnInputsAsReferencesInItsShareOfTheRuns) {
   }
 }
 
-TEST(StateFeedback, OfAnObserverUsesItsEstimates) {
+TEST(StateFeedback, UsesTheEstimatesOfAnObserver) {
   const Experiment e = experiment();
   const TrainingSets sets = simulate_training_sets(e);
   EXPECT_TRUE(sets.training.reads_inputs);

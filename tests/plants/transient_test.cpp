@@ -92,7 +92,7 @@ TEST(Transient, LastsKTimeConstantsOfTheSlowestEigenvalue) {
   EXPECT_DOUBLE_EQ(transient_time_s(observer, 5.0), 20.0);
 }
 
-TEST(Transient, WithALeadInAllPairsSatisfyTheMap) {
+TEST(Transient, LeadInMakesAllPairsSatisfyTheMap) {
   const LinearPlant plant = oscillator();
   const Trajectory run = with_lead_in(plant, 0.02, kLong);
   EXPECT_EQ(run.weight.sum(), 601.0);

@@ -93,7 +93,7 @@ std::vector<std::string> waiting_loops(const fs::path& folder, std::size_t& loop
   return found;
 }
 
-TEST(Loops, OfTheRuntimeAndOfGeneratedC99AreBounded) {
+TEST(Loops, InTheRuntimeAndInGeneratedC99AreBounded) {
   std::size_t loops = 0;
   for (const char* folder : {"runtime/include/nlo", "codegen/targets"})
     for (const std::string& loop : waiting_loops(folder, loops))

@@ -129,8 +129,8 @@ std::vector<std::string> questions(const std::string& text) {
   return found;
 }
 
-/// Whether a file may know its structure: in codegen the folder of structures, in the trainer each file that defines a
-/// module, and both tables.
+/// Returns true if a file may know its structure: in codegen the folder of structures, in the trainer each file that
+/// defines a module, and both tables.
 bool is_structures_own(const std::string& file, const std::string& text) {
   if (file.starts_with("codegen/structures/") || file == "trainer/structures/structure_table.cpp") return true;
   static const std::regex kModule(R"re(const TrainableStructure& \w+_structure\(\) \{)re");

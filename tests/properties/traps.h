@@ -6,7 +6,7 @@
 
 namespace nlo::testing {
 
-/// Whether malloc can be watched: a sanitizer replaces it, so only operator new is watched.
+/// True if a sanitizer replaces malloc, so that only operator new can be watched.
 #if defined(__SANITIZE_ADDRESS__)
 inline constexpr bool kUnderSanitizer = true;
 #elif defined(__has_feature)

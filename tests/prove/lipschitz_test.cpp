@@ -64,7 +64,7 @@ TEST_P(EachActivation, JacobianAgreesWithFiniteDifferences) {
   }
 }
 
-TEST(Lipschitz, OfALinearMapIsExact) {
+TEST(Lipschitz, IsExactForALinearMap) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const codegen::Model model = random_model(seed, "tanh", 0);
     const Eigen::MatrixXd origin = Eigen::MatrixXd::Zero(kNz, 1), y = Eigen::MatrixXd::Zero(kNy, 1);

@@ -252,7 +252,7 @@ TEST(LocalLipschitz, NeverGrowsWithMoreExaminedBoxes) {
   EXPECT_LT(before, 0.8 * lipschitz_upper(model).latent);
 }
 
-TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtThePointNearestToItsMiddle) {
+TEST(LocalLipschitz, IsTheLargestSlopeInTheDomainForOneNeuron) {
   codegen::Model model = domain_model(1, "tanh", 0, 1.0);
   codegen::Network& net = *codegen::inverse_map(model);
   net = {};

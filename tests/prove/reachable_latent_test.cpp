@@ -78,7 +78,7 @@ TEST(ReachableLatent, SomeReadingsReachItsLimits) {
   }
 }
 
-TEST(ReachableLatent, ControlTheReadingsLeaveItsInnerHalf) {
+TEST(ReachableLatent, ControlTheReadingsDriveZOutOfTheInnerHalfOfTheHull) {
   int left = 0;
   for (const Model& model : linear_models()) {
     LatentHull half = reachable_latent(model);

@@ -47,7 +47,7 @@ TEST(Rounding, UpwardIsAboveTheExactSum) {
   EXPECT_GT(below, 500) << "control: without it, sums are below the exact value";
 }
 
-TEST(Rounding, ProductErrorIsAboveTheErrorOfAProduct) {
+TEST(Rounding, ProductErrorBoundsTheErrorOfAProduct) {
   std::mt19937 engine(5);
   double largest = 0.0;
   for (int run = 0; run < 200; ++run) {

@@ -23,7 +23,7 @@ TEST(Smape, AppliesToComponentsOrToVectors) {
   EXPECT_DOUBLE_EQ(smape_of_norms(truth, estimate, time_s, 1.0), 200.0 * second);
 }
 
-TEST(Smape, OfAConstantFactorEqualsItsClosedForm) {
+TEST(Smape, EqualsTheClosedFormForAConstantFactor) {
   const Eigen::MatrixXd truth = Eigen::MatrixXd::Random(3, 50);
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 4.9);
   const double factor = 1.1, expected = 200.0 * (factor - 1.0) / (factor + 1.0);

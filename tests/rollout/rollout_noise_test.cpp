@@ -113,7 +113,7 @@ TEST(RolloutNoise, ClampsOutliersAsInFlight) {
   for (Trajectory& run : data.trajectories) run.outputs.row(0).setLinSpaced(-1.0, 3.0);
   const Eigen::MatrixXd tails = noisy(data, parse_noise("student:2:1,none,none"));
   EXPECT_EQ(tails.row(0).minCoeff(),
-            -17.0);  // the range of the data, extended on each side by its width and by six scales
+            -17.0);  // the range [-1, 3] of the data, extended on each side by its width (4) and six noise scales (12)
   EXPECT_EQ(tails.row(0).maxCoeff(), 19.0);
   const Eigen::MatrixXd outliers = noisy(data, parse_noise("none+outliers:0.1:50,none,none"));
   EXPECT_EQ(outliers.row(0).maxCoeff(), 7.0);

@@ -131,7 +131,7 @@ void keep_latents(int index, int first, const SegmentGroup& piece, int rows, Lat
       }
 }
 
-TEST(Rollout, InPiecesHasTheBitsOfTheWhole) {
+TEST(Rollout, HasTheSameBitsIfItIsSplitIntoPieces) {
   Dataset dataset = jittering_log();
   Trajectory& run = dataset.trajectories[0];
   run.outputs = run.states = Eigen::MatrixXd::Random(1, run.samples());

@@ -113,7 +113,7 @@ void expect_packs_agree() {
   });
 }
 
-TEST(Activation, OfAPackEqualsThatOfItsLanes) {
+TEST(Activation, APackEqualsItsLanesOneByOne) {
   expect_packs_agree<Activation::kTanh>();
   expect_packs_agree<Activation::kRelu>();
   expect_packs_agree<Activation::kSilu>();

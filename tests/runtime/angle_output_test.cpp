@@ -55,7 +55,7 @@ double worst_difference(double low, bool starts_steady, double offset) {
   return worst;
 }
 
-TEST(Angle, OfTooManyTurnsIsNotUnwrapped) {
+TEST(Angle, IsNotUnwrappedIfItHasTooManyTurns) {
   const auto turns = [](float angle) {
     const float fast = ReadingRange<float, 1>::whole_turns<Arithmetic::kFast>(angle, 1e-8F);
     EXPECT_EQ(fast, (ReadingRange<float, 1>::whole_turns<Arithmetic::kDeterministic>(angle, 1e-8F))) << angle;
@@ -148,7 +148,7 @@ TEST(Angle, GivesTheSameWarmStartAfterAnyNumberOfTurns) {
   for (int r = 0; r < 4; ++r) EXPECT_NEAR(used.latent()[r], fresh.latent()[r], 1e-14);
 }
 
-TEST(Angle, OfAnEncoderWhoseRangeStartsAtZeroSurvivesARestart) {
+TEST(Angle, SurvivesARestartIfItsRangeStartsAtZero) {
   const auto model = angle_model<float>(0.0, 2 * kPi);
   Observer<float> observer(model), restarted(model);
   ASSERT_EQ(observer.step({{6.0F, 0.0F}}), StepStatus::kOk);  // stored as -0.28, outside of [0, 2 pi]
@@ -159,7 +159,7 @@ TEST(Angle, OfAnEncoderWhoseRangeStartsAtZeroSurvivesARestart) {
   EXPECT_FALSE(restarted.restore(damaged));
 }
 
-TEST(Angle, InAFarTurnIsBroughtBackTogetherWithZ) {
+TEST(Angle, IsBroughtBackFromAFarTurnTogetherWithZ) {
   const auto model = angle_model<double>(-40.0, 40.0);
   Observer<double> near(model), far(model);
   const double turn = model.outputs.wrap[0];

@@ -268,7 +268,7 @@ TEST(ChannelStatus, ACorruptedLatentStateAppliesToAllChannels) {
   });
 }
 
-TEST(ChannelStatus, OfAPlantInABatchEqualsThatOfASingleObserver) {
+TEST(ChannelStatus, InABatchEqualsThatOfASingleObserver) {
   constexpr int kPlants = 21;  // blocks that are stepped together, and a rest
   std::mt19937 random(8);
   const auto reading = [&random](int k, int /*plant*/, int /*channel*/) {

@@ -80,7 +80,7 @@ TEST(Dispatch, ControlTheBitsDifferBetweenInstructionSets) {  // otherwise the e
 }
 
 TEST(Dispatch,
-     ControlOneObserverHasOtherBitsThanTheBatch) {  // z of a single observer uses the instructions of the build
+     ControlASingleObserverGivesOtherBitsThanABatch) {  // z of a single observer uses the instructions of the build
   static constexpr auto& kModel = testing::InstructionSetModel<Activation::kTanh>::kModel;
   const Bits ours = testing::run_networks();
   float farthest = 0.0F;

@@ -103,7 +103,7 @@ TEST(DrivenKklObserver, DriveIsTheJacobianTimesTheInputField) {
   for (int r = 0; r < 3; ++r) EXPECT_NEAR(driven[r], (high[r] - low[r]) / (2 * kStep), kTolerance);
 }
 
-TEST(DrivenKklObserver, AGapEqualsTheStepsOfItsSamples) {
+TEST(DrivenKklObserver, OneLongStepEqualsManyStepsOfOnePeriod) {
   constexpr double kRounding = 1e-13;
   const auto model = driven_model<double>(Hold::kFirstOrder, Hold::kFirstOrder);
   DrivenKklObserver once(model), often(model);

@@ -38,12 +38,12 @@ double worst_gate_over() {
   return worst;
 }
 
-TEST(Gate, OverAnyTimeIsTheExponentialOfTheSoftplus) {
+TEST(Gate, IsTheExponentialOfTheSoftplusOverAnyTime) {
   EXPECT_LT(worst_gate_over<float>(), 4.0 * 0x1p-24);
   EXPECT_LT(worst_gate_over<double>(), 4.0 * 0x1p-53);
 }
 
-TEST(Gate, OverOnePeriodIsTheSigmoidOfRegularSteps) {
+TEST(Gate, EqualsTheSigmoidOfRegularStepsOverOnePeriod) {
   for (double a = -12.0; a <= 12.0; a += 0.01) {
     ASSERT_NEAR(gate_over(a, 1.0), gate_of(tanh_rational(a)), kTanhMaxErrorDouble) << a;
     const auto narrow = static_cast<float>(a);

@@ -167,7 +167,7 @@ TYPED_TEST(Kernels, NetworksAcceptAnyNumberOfInputs) {
 
 // The policy with one order: each output is summed from the bias on, input by input, and each operation rounds
 // separately.
-TYPED_TEST(Kernels, OfTheDeterministicPolicyAddInTheOrderOfInputs) {
+TYPED_TEST(Kernels, WithTheDeterministicPolicyAddInTheOrderOfInputs) {
   using Scalar = typename ComputesIn<TypeParam>::Type;
   constexpr int kIn = 37, kOut = 61;
   std::mt19937 random(2);

@@ -75,7 +75,7 @@ TEST(KnownInputs, ACommandAlsoActsOverAnIrregularStep) {
   EXPECT_NEAR(observer.latent()[1], held(0.0, 5.0, 0.12), 1e-14);
 }
 
-TEST(KnownInputs, AMeasuredInputIsARampLikeTheOutputs) {
+TEST(KnownInputs, AMeasuredInputIsInterpolatedLikeTheOutputs) {
   const auto model = two_modes<double, Hold::kFirstOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
   // z' = 3 (u - z), u = t: z = t - 1/3 + exp(-3 t) / 3 from 0.
@@ -166,7 +166,7 @@ TEST(KnownInputs, RefusesAStateWithAnImpossibleInput) {
 
 template <Hold kInputHold>
 float batch_off_observers() {
-  constexpr int kPlants = 21;  // blocks and a rest
+  constexpr int kPlants = 21;  // several blocks of plants and a shorter last block
   static constexpr auto kModel = two_modes<float, kInputHold>(Hold::kFirstOrder);
   using Model = std::remove_cvref_t<decltype(kModel)>;
   std::mt19937 random(3);

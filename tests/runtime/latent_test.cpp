@@ -102,7 +102,7 @@ TYPED_TEST(PhiFunctions, TerminateForAnyArgument) {
   EXPECT_EQ(decay_minus_1(T(1)), (Phi<T>::at({T(-1), T(0)}).exp_minus_1.re));
 }
 
-TYPED_TEST(PhiFunctions, AreTheirLimitsAtZeroAndAtMinusInfinity) {
+TYPED_TEST(PhiFunctions, EqualTheirLimitsAtZeroAndAtMinusInfinity) {
   using T = TypeParam;
   const auto zero = Phi<T>::at({T(0), T(0)});
   EXPECT_EQ(zero.exp_minus_1.re, T(0));
@@ -196,7 +196,7 @@ TEST(LatentStep, IsExactForConstantsAndRamps) {
   }
 }
 
-TEST(LatentStep, OfRk4EqualsItsFourStages) {
+TEST(LatentStep, ByRk4EqualsItsFourStages) {
   const Matrices m;
   for (const double h : {0.001, 0.02, 0.05}) {
     const Output middle = 0.5 * (kY0 + kY1);

@@ -219,7 +219,7 @@ TEST(Measurement, DoesNotAffectTheOtherChannelIfItIsBad) {
   EXPECT_EQ(observer.step({{0.75F, 2.0F}}), StepStatus::kClamped);
 }
 
-TEST(Measurement, OfAnAngleIsHeldInsteadOfClampedIfItIsOutOfRange) {
+TEST(Measurement, AnAngleOutOfRangeIsHeldInsteadOfClamped) {
   const auto model = angle_model<float>();
   AngleObserver observer(model);
   ASSERT_EQ(observer.step({{0.5F, 0.0F}}), StepStatus::kOk);

@@ -227,7 +227,7 @@ auto maps_with_and_without_fallback() {
 TEST(Fallback, FollowsItsEquationForOutputsWithARowAndLeavesOthersUnchanged) {
   const auto [with, without] = maps_with_and_without_fallback();
   std::mt19937 random(12);
-  double nearest = 1e9, farthest = 0.0;  // ratios of distance and reach
+  double nearest = 1e9, farthest = 0.0;  // distances from the row, divided by its reach
   for (int k = 0; k < 200; ++k) {
     float in[5], out[3], plain[3];
     for (float& value : in) value = testing::uniform<float>(random, -2.0, 2.0);
@@ -267,7 +267,7 @@ TEST(Fallback, IsFiniteAndWithinHalfAReachOfTheRowForTheLargestNumbersOfAModel) 
           }
 }
 
-TEST(Fallback, OfABatchHasTheBitsOfEachPlantAlone) {
+TEST(Fallback, InABatchHasTheBitsOfEachPlantAlone) {
   constexpr int kPlants = 6;
   const auto map = maps_with_and_without_fallback().first;
   std::mt19937 random(13);
@@ -313,7 +313,7 @@ TEST(Jvp, AgreesWithFiniteDifferencesWithItsLinearPath) {
   expect_finite_differences<Activation::kSilu>();
 }
 
-TEST(Jvp, OfTheZeroDirectionIsZero) {
+TEST(Jvp, IsZeroInTheZeroDirection) {
   std::mt19937 random(2);
   const auto network =
       make_mlp<Activation::kSilu>(random_dense<float, 3, 20>(random), random_dense<float, 20, 4>(random));

@@ -313,7 +313,7 @@ TEST(Monitor, GateWidensWithTheNoise) {
   EXPECT_LT(rejected, 250);  // 5 %
 }
 
-TEST(Monitor, MissingReadingsRaiseAnAlarmWithoutTheGateAndBeforeItIsArmed) {
+TEST(Monitor, RaisesAnAlarmForMissingReadingsBeforeItIsArmed) {
   Model m = quiet_model();
   m.missing_limit[0] = 0.5;
   m.armed_after = 100;

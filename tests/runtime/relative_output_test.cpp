@@ -192,7 +192,7 @@ TEST(RelativeOutput, IsHeldBeyondItsAcceptedRangeOrIfNotFinite) {
   EXPECT_EQ(observer.save().y[0], 0.0F);
 }
 
-TEST(RelativeOutput, OfAPlantInABatchEqualsThatOfASingleObserver) {
+TEST(RelativeOutput, InABatchEqualsThatOfASingleObserver) {
   constexpr int kPlants = 37;
   const auto model = encoder_model<float>(64.0);
   std::mt19937 random(8);

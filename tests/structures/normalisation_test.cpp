@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scales and domain describe flight, where T* reads all samples from the first one on, also where the truth is masked.
+// Scales and domain are computed from all samples that T* reads in flight, also from samples whose truth is masked.
 #include <gtest/gtest.h>
 
 #include "codegen/model/domain.h"

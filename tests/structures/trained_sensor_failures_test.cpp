@@ -86,7 +86,7 @@ TEST(FailingSensors, OneModelWorksWithAndWithoutASensor) {
   EXPECT_GT(error_of(fragile, unseen, true), 2.0) << "control: a model without may_fail never starts";
 }
 
-TEST(FailingSensors, AnEmptyCellIsAnOutageAndForOtherSensorsAHeldValue) {
+TEST(FailingSensors, AnEmptyCellIsAnOutageOnlyIfTheSensorMayFail) {
   Dataset holey = two_sensors(3);
   for (Trajectory& run : holey.trajectories) {
     run.missing.setConstant(2, run.samples(), false);

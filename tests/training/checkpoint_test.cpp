@@ -48,7 +48,7 @@ std::string message_of(const std::string& path, const CheckpointOwner& owner = k
   return "no error";
 }
 
-TEST(Checkpoint, ReadsItsOwnBytes) {
+TEST(Checkpoint, ReadsBackTheBytesThatItWrote) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   const TrainingState state = some_state();
@@ -166,7 +166,7 @@ TEST(Checkpoint, RefusesImpossibleNumbersWithAValidChecksum) {
   EXPECT_THAT(message_of(path), HasSubstr("1000000000000000000 steps are done and training.steps asks for 100"));
 }
 
-TEST(Checkpoint, OfADivergedTrainingHasItsBestModel) {
+TEST(Checkpoint, HasTheBestModelOfADivergedTraining) {
   const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   TrainingState state = some_state();

@@ -137,8 +137,8 @@ TEST(Fallback, IsChosenIfErrorsOnLeftOutLogsAreFivePercentSmaller) {
       << "only if the experiment sets fallback";
 }
 
-/// Each log has a level of its own, and "grip" is the level, plus a ripple at levels within 1: a network knows the
-/// ripple after training there, and only a linear row is right at all other levels.
+/// Each log has its own constant level. The state "grip" is the level, plus a ripple if |level| < 1. A network that is
+/// trained on such levels knows the ripple; at larger levels only a linear row is right.
 Dataset logs_with_ripple(const std::vector<double>& levels) {
   Dataset data = logs_with_a_level_each(static_cast<int>(levels.size()), 1);
   for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -286,7 +286,7 @@ TEST(Folds, EachQuarterOfASingleLogIsLeftOutOnce) {
 }
 
 TEST(SingleLog, IsNotJudgedByTheErrorOfItsOwnTraining) {
-  // The deviation of the grip is 1. Functions fitted to its 80 samples are far closer on them, and not on others.
+  // The deviation of the grip is 1. A function fitted to its 80 samples is close to them, but not to other samples.
   const Dataset log = single_log_of_chance();
   const Experiment experiment = experiment_of_logs(4);
   constexpr double kNearlyOne = 0.8, kHalf = 0.5;

@@ -45,13 +45,13 @@ class RandomLanes {
     }
   }
 
-  /// Uniform on [0, 1), 24 bits.
+  /// Draws uniform numbers on [0, 1) with 24 bits.
   void uniform(float* out) {
     Generator generator(state_);
     generator.uniform(out);
   }
 
-  /// Two independent standard normal numbers per lane, by Box and Muller's transform.
+  /// Draws two independent standard normal numbers per lane, by Box and Muller's transform.
   void normal_pair(float* first, float* second) {
     float u[kLanes];
     float v[kLanes];

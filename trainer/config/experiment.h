@@ -202,7 +202,7 @@ struct TrainingConfig {
   bool mirror = false;           ///< segments are mirrored at random (data/mirror.h)
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
-  double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
+  double transient_factor = 5.0;  ///< k; the transient lasts k / min |Re lambda| seconds
   /// Returns the noise that is added to the outputs.
   NoiseMixture all_noise() const { return noise_mixture.empty() ? NoiseMixture(noise) : NoiseMixture(noise_mixture); }
   int validate_every = 100;  ///< steps between validation errors (progress, metrics.csv)

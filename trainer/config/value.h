@@ -24,7 +24,7 @@ struct Rule {
   bool low_is_open = false, high_is_open = false;
   std::vector<std::string> one_of = {};  ///< for strings
   bool identifier = false;               ///< for strings
-  std::size_t at_most = 1000;            ///< elements of a list
+  std::size_t at_most = 1000;            ///< largest number of elements of a list
 
   std::string in_words() const;  ///< "> 0", "0 .. 1", "one of ..."; empty without a condition
 };

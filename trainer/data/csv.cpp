@@ -75,7 +75,7 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
 [[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
                               bool blank) {
   const char* fix = blank  ? "the line is blank"
-                    : last ? "the log ends inside a row: delete it"
+                    : last ? "the log ends inside a row: delete this last row"
                            : "correct or delete the row";
   throw Error(fmt::format("{}:{}: expected {} cells as in the header, found {}: {}", file, line, expected, found, fix));
 }
@@ -100,7 +100,7 @@ void refuse_recording(std::string_view text, const std::string& file) {
   };
   constexpr Kind kKinds[] = {{"MATLAB 5.0 MAT-file", "a MAT-file", kConvert},
                              {"MATLAB 7.3 MAT-file", "a MAT-file", kConvert},
-                             {"SQLite format 3\0"sv, "an SQLite file, a bag of ROS 2?", kConvert},
+                             {"SQLite format 3\0"sv, "an SQLite file (a bag of ROS 2?)", kConvert},
                              {"\x89MCAP0\r\n", "an MCAP file", kConvertTwice},
                              {"\x1f\x8b", "compressed by gzip", "gunzip writes the text"},
                              {"\x28\xB5\x2F\xFD", "compressed by zstd", "unzstd writes the text"},

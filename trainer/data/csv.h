@@ -41,7 +41,7 @@ class CsvTable {
   bool is_ambiguous(std::string_view heading) const;
   Eigen::Index rows() const { return static_cast<Eigen::Index>(lines_.size()); }
 
-  /// Line of the file (from 1) on which data row `row` (from 0) starts.
+  /// Returns the line of the file (from 1) on which data row `row` (from 0) starts.
   int line(Eigen::Index row) const { return lines_[static_cast<std::size_t>(row)]; }
 
   /// Returns the cells under `heading` as numbers. Throws codegen::Error if there is no such heading (lists the

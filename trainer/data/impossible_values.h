@@ -15,10 +15,10 @@ namespace nlo::trainer {
 
 struct ImpossibleValues {
   std::vector<double> values;    ///< most frequent first; empty: none
-  Eigen::Index count = 0;        ///< number of samples that have one of them
+  Eigen::Index count = 0;        ///< number of samples with one of `values`
   Eigen::Index all = 0;          ///< number of all samples
-  std::size_t file = 0;          ///< file of the first of them
-  Eigen::Index row = 0;          ///< row of the first of them
+  std::size_t file = 0;          ///< file of the first such sample
+  Eigen::Index row = 0;          ///< row of the first such sample
   double low = 0.0, high = 0.0;  ///< range of the other samples
 };
 

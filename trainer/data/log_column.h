@@ -30,10 +30,10 @@ struct LogColumn {
 /// Throws KeyError for `column`, which is one of `all`, with the fix.
 [[noreturn]] void fail_at(const ColumnConfig& column, const std::vector<ColumnConfig>& all, std::string_view what);
 
-/// Heading of the column in the file.
+/// Returns the heading of the column in the file.
 std::string heading_of(const ColumnConfig& column);
 
-/// Resolves `column`, one of `all`, which has no expression. Throws KeyError like resolve_columns().
+/// Resolves `column`, which is one of `all` and has no expression. Throws KeyError like resolve_columns().
 LogColumn resolve_column(const ColumnConfig& column, const std::vector<ColumnConfig>& all);
 
 }  // namespace nlo::trainer

@@ -52,7 +52,7 @@ void keep_rows(const std::vector<Index>& rows, VectorXd& values, std::vector<Ind
   missing = std::move(still);
 }
 
-/// Fills empty cells as described at LogFile::columns. `rows` increase and are not all rows.
+/// Fills the empty cells `rows` as LogFile::columns describes. `rows` is sorted, and at least one row has a value.
 void hold_last(const std::vector<Index>& rows, VectorXd& values) {
   std::size_t leading = 0;
   while (leading < rows.size() && rows[leading] == static_cast<Index>(leading)) ++leading;

@@ -107,7 +107,7 @@ void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig&
         "{}: the logged state \"{}\" is the velocity of \"{}\"{} (correlation {:.3f}){}{}", log->name, state.heading,
         source->heading, late ? fmt::format(", {:.1f} samples late", match.lag_samples) : "",
         std::abs(match.correlation), units,
-        late ? fmt::format(": an observer that learns it learns the delay; set derivative_of = \"{}\" for a truth "
+        late ? fmt::format(": an observer that learns this state is late, too; set derivative_of = \"{}\" for a truth "
                            "without one",
                            source->name)
              : ""));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Finds logged states that are the velocity of a logged output, and their delay. Rigs log causal differences of their
-// encoders, low-passed and late; an observer that learns them learns the delay.
+// encoders, which are low-passed and late. An observer that learns such a state is late, too.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,8 +18,8 @@ double decay_rate(const ObserverConfig& observer);
 /// none.
 double transient_time_s(const ObserverConfig& observer, double factor);
 
-/// Sets the weight of all samples to 0 that are less than transient_s after the first of their trajectory, and makes
-/// estimates begin after them. Throws codegen::Error with the name of a trajectory that has no sample left.
+/// Sets the weight of all samples within transient_s after the first sample of their trajectory to 0. Estimates begin
+/// after these samples. Throws codegen::Error with the name of a trajectory that has no sample left.
 void drop_transient(Dataset& dataset, double transient_s);
 
 }  // namespace nlo::trainer

@@ -52,10 +52,10 @@ struct IdentificationResult {
 /// Called after each iteration with its number and s.
 using IdentifyProgress = std::function<void(int iteration, double residual_deviation)>;
 
-/// Finds the parameters on `training`; `test` is only simulated. A parameter is unidentified if J, with its columns
-/// scaled to unit length, has a singular value below 1e-7 of the largest in whose direction the parameter has a share
-/// above .1. `stop`: returns the best parameters so far. Throws codegen::Error if the plant cannot be simulated from
-/// the start values.
+/// Finds the parameters on `training`; `test` is only simulated. The columns of J are scaled to unit length. A
+/// parameter is unidentified if its share is above .1 in a singular direction of J whose singular value is below 1e-7
+/// of the largest. `stop`: returns the best parameters so far. Throws codegen::Error if the plant cannot be simulated
+/// from the start values.
 IdentificationResult identify(const Identification& identification, const Dataset& training, const Dataset& test,
                               ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
                               const IdentifyProgress& progress = {});

@@ -19,7 +19,7 @@ Eigen::VectorXd simulate_step(ParametricPlant& plant, Eigen::VectorXd x, double 
 
 class SegmentSimulation {
  public:
-  /// `input_rows`: rows of the plant's inputs among those of the logs. `channels` must outlive it.
+  /// `input_rows`: row of each plant input among the inputs of the logs. `channels` must outlive this object.
   SegmentSimulation(const Identification& identification, const std::vector<FittedChannel>& channels,
                     const std::vector<Eigen::Index>& input_rows);
 

@@ -35,8 +35,8 @@ std::vector<FittedChannel> fitted_channels(const Identification& identification,
 
 class ShootingProblem {
  public:
-  /// `logs` must outlive it. Segments of segment_s follow each other; if they have more than most_samples, every n-th
-  /// is used. Throws codegen::Error if no log is as long as a segment.
+  /// `logs` must outlive this object. Segments of segment_s follow each other; if together they have more than
+  /// most_samples samples, only every n-th is used. Throws codegen::Error if no log is as long as a segment.
   ShootingProblem(const Identification& identification, const Dataset& logs, ThreadPool& pool);
   ~ShootingProblem();
 

@@ -54,7 +54,7 @@ struct CertifyOptions {
   double noise = 0.0;                      ///< V: the largest error of a sample of an output
   double disturbance = 0.0;                ///< W: the largest error of a state's derivative [state / s]
   StateBox box = {};                       ///< region of the state; empty: the region of simulated runs
-  /// Called with a text at the start of each group of rows; may be empty.
+  /// Called with a title at the start of each group of rows; an empty function is not called.
   std::function<void(const std::string&)> progress = {};
 };
 

@@ -17,7 +17,7 @@ namespace nlo::trainer {
 
 /// The unit roundoff u of float.
 inline constexpr double kFloatUnit = 0x1p-24;
-/// gamma_n of float, rounded up.
+/// Returns gamma_n of float, rounded up.
 double float_gamma(Eigen::Index roundings);
 
 /// Layer l reads a and computes W a + b. The export has (W + known +- off) a + (b + known +- off), summed as below.

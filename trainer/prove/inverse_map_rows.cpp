@@ -15,7 +15,7 @@ namespace {
 /// This work takes about a minute of one core, unless the gap is reached earlier.
 constexpr double kMultiplyAddsOfARow = 50.0 * LocalLipschitzOptions::kMultiplyAdds;
 
-/// "at [z; y] = [0.1, 2]".
+/// Returns a text such as "at [z; y] = [0.1, 2]".
 std::string place_text(const Eigen::VectorXd& at) {
   std::string text;
   for (const double value : at) text += fmt::format("{}{}", text.empty() ? "" : ", ", significant(value, 4));

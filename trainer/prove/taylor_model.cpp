@@ -206,7 +206,7 @@ TaylorModel value_of(Function function, const TaylorModel& x) {
   return x.composed([function](const Interval& at) { return series_of<TaylorModel::Series>(function, at); });
 }
 
-/// (a + b - |a - b|) / 2
+/// Returns (a + b - |a - b|) / 2.
 TaylorModel minimum_of(const TaylorModel& a, const TaylorModel& b) {
   return (a + b - value_of(Function::kMagnitude, a - b)) * TaylorModel(0.5);
 }

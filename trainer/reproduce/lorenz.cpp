@@ -126,7 +126,7 @@ class LorenzExam {
     return decibels(evaluate("", factory, fresh_, noise_, kFreshSeed, bench_.threads));
   }
 
-  /// Returns the mean over runs, samples and components in decibels.
+  /// Returns the mean squared error over runs, samples and components [dB].
   double decibels(const Evaluation& evaluation) const {
     const double norm = evaluation.metrics.norm;
     return 10.0 * std::log10(norm * norm / static_cast<double>(evaluation.states.size()));

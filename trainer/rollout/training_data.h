@@ -85,7 +85,7 @@ struct Segment {
   std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: no outage
 };
 
-/// Longest run that is rolled out as one segment; longer runs are split into pieces. All eight lanes of a group have
+/// Longest run [samples] that is rolled out as one segment. Longer runs are split. All eight lanes of a group have
 /// the length of its longest segment, so a single run of millions of samples would need eight times its memory.
 inline constexpr int kLongestWhole = 1 << 18;  ///< samples
 

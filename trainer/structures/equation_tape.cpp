@@ -146,7 +146,7 @@ void EquationTape<Scalar>::evaluate(L* values) const {
   }
 }
 
-/// Share of the left operand in the slope of a maximum or minimum: 1, 0, or 1/2 if both operands are equal.
+/// Returns the share of the left operand in the slope of a maximum or minimum: 1, 0, or 1/2 if both operands are equal.
 template <class L>
 static L share_of(bool maximum, L left, L right) {
   const L ahead = maximum ? left - right : right - left;

@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-/// The linear system from which F starts. Its eigenvalues are initial values, not parameters.
+/// Returns the linear system from which F starts. Its eigenvalues are initial values, not parameters.
 LatentShape starting_system(const ObserverStructure& structure) {
   LatentShape shape = structure.latent;
   shape.learned = shape.rows;

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// [C; C A; ...; C A^(n-1)].
+/// Returns [C; C A; ...; C A^(n-1)].
 MatrixXd observability(const MatrixXd& a, const MatrixXd& c) {
   MatrixXd result(c.rows() * a.rows(), a.cols());
   MatrixXd block = c;

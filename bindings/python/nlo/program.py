@@ -216,7 +216,7 @@ def _columns(path: pathlib.Path) -> dict[str, Array]:
 def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]] = None) -> str:
     """Runs the command and returns its stdout. Passes the first KeyboardInterrupt on, so the command ends in order."""
     with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
-        # The command has a session of its own, so that it gets Ctrl-C of a terminal once, from here.
+        # The command runs in its own session. Ctrl-C in a terminal reaches it only once: this process passes it on.
         child = subprocess.Popen([program(), command, *words], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                  start_new_session=True, env=environment())
         try:

@@ -32,7 +32,7 @@ struct CarriedLimits {
   static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;
 };
 
-/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// The constants of an observer. A generated header defines them: `inline constexpr Model kModel`.
 /// Outputs and states are vectors of three components, one after another. z has kModes rows for the first component of
 /// the first output vector, then kModes rows for its second component, and so on.
 template <class Scalar_, int kNx_, int kNy_, int kModes_, int kPairs_, bool kReadsOutput_, bool kUnitLength_,

@@ -17,7 +17,7 @@ constexpr int triangle_size(int n) {
   return n * (n + 1) / 2;
 }
 
-/// Index of element (i, j) of a symmetric n x n matrix in its stored upper triangle.
+/// Returns the index of element (i, j) of a symmetric n x n matrix in its stored upper triangle.
 constexpr int in_triangle(int n, int i, int j) {
   const int low = i < j ? i : j, high = i < j ? j : i;
   return low * n - low * (low - 1) / 2 + high - low;

@@ -44,7 +44,7 @@ struct InputField {
   }
 };
 
-/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// The constants of an observer. A generated header defines them: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNu_, int kPairs_, class InverseMap_, class ForwardMap_>
 struct DrivenKklModel {
   using Scalar = Scalar_;

@@ -18,7 +18,7 @@
 
 namespace nlo::inline NLO_ISA {
 
-/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// The constants of an observer. A generated header defines them: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, class Nonlinearity_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder>
 struct LuenbergerModel {
   using Scalar = Scalar_;

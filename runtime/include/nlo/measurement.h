@@ -67,7 +67,7 @@ constexpr std::uint32_t most_missing(std::uint32_t not_due) {
   return not_due + (not_due + 1) / 2;
 }
 
-/// Health of a slow output that has never arrived.
+/// Returns the health of a slow output that has never arrived.
 constexpr ChannelHealth never_arrived(std::uint32_t not_due) {
   return static_cast<ChannelHealth>((most_missing(not_due) + 1) << 2U | kHeldBit);
 }

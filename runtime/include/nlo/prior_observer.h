@@ -42,7 +42,7 @@ struct NoUnits {
   static constexpr int kIn = 0, kOut = 0;
 };
 
-/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// The constants of an observer. A generated header defines them: `inline constexpr Model kModel`.
 ///   Equations  derivative(x, u, dx) computes d[x; p]/dt. output(x, y) writes the n_y outputs and then dh/dx row by
 ///              row. Each operation is rounded by itself, so that the bits are the same
 ///              on every target
@@ -92,7 +92,7 @@ struct PriorModel {
   Scalar initial[kNz];                              ///< [m; x; p] before the first measurement
   Scalar state_min[kCarried], state_max[kCarried];  ///< limits of [x; p]
   [[no_unique_address]] Squashing<0> fine{};        ///< n_y: innovations at which the first s is 1/2
-  [[no_unique_address]] Squashing<1> coarse{};      ///< n_y: likewise of the second s
+  [[no_unique_address]] Squashing<1> coarse{};      ///< n_y: innovations at which the second s is 1/2
   Scalar state_noise[kStates], output_noise[kNy];   ///< variances at c_q = 0 (per sample period) and c_r = 0
   ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;

@@ -20,9 +20,9 @@ struct SensorFailures {
   int output[kNf];   ///< their indices
   Scalar rest[kNf];  ///< their mean in training
   Scalar rate;       ///< 1 / staleness_s
-  Scalar keep;       ///< k over one sample period
+  Scalar keep;       ///< k for dt = one sample period
 
-  /// Returns k over dt_s seconds.
+  /// Returns k for dt = dt_s seconds.
   constexpr Scalar keep_over(Scalar dt_s) const { return decay_minus_1(rounded<Scalar>(rate * dt_s)) + Scalar(1); }
 
   /// Replaces missing outputs and writes the stalenesses, which are the last kNf readings. Returns which outputs were

@@ -99,7 +99,7 @@ void check_both(Hash& hash) {
   check<kKind, kArithmetic, true, kIn, kOut>(hash);
 }
 
-/// Numbers of inputs that are and are not multiples of five, and each block size.
+/// Checks numbers of inputs that are multiples of five and others, and each block size.
 template <Activation kKind, Arithmetic kArithmetic>
 void run(const char* name) {
   Hash hash;

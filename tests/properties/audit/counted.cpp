@@ -34,7 +34,7 @@ constexpr auto kArithmetic = nlo::Arithmetic::kDeterministic;
 #endif
 constinit nlo::KklObserver<decltype(kModel), kArithmetic> observer{kModel};
 
-/// Measurements for step(), which do not depend on the platform. Returns false for an unknown kind.
+/// Fills y with measurements for step() that are the same on every platform. Returns false for an unknown kind.
 bool measurements(const char* kind, std::array<float, kSamples>& y) {
   using Limits = std::numeric_limits<float>;
   constexpr float kExtremes[] = {Limits::max(),     -Limits::max(), Limits::min(), -Limits::min(), 10.0F, -10.0F,

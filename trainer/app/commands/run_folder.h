@@ -25,7 +25,7 @@ class RunFolder {
   /// codegen::Error for a model without a checkpoint.
   bool can_resume() const;
 
-  /// Number of the last round of [feedback]; 0 without one.
+  /// Returns the number of the last round of [feedback]; 0 without one.
   int last_round() const { return last_round_; }
 
   /// Returns the folder of a round's checkpoint; the last round uses the folder of the run.

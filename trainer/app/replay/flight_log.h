@@ -43,7 +43,7 @@ struct FlightLog {
 FlightLog read_flight(const std::string& file, const codegen::Model& model, std::size_t scalar_bytes,
                       const std::vector<std::pair<std::string, std::string>>& headings);
 
-/// Name of a status in a log and its number; "?" for an unknown one.
+/// Returns the name of a status in a log and its number; "?" for an unknown one.
 std::string status_word(double status);
 
 }  // namespace nlo::trainer

@@ -40,8 +40,8 @@ double tic_step(const Panel& panel) {
   return tic_step(panel.y_high - panel.y_low, panel.y_tics);
 }
 
-/// Returns round numbers between the ends of a logarithmic axis, because gnuplot labels only powers of ten. Empty for
-/// more than three decades, where these are enough, and without given ends.
+/// Returns round numbers between the ends of a logarithmic axis, because gnuplot labels only powers of ten. Empty if
+/// the axis spans more than three decades, where powers of ten are enough, or if its ends are not given.
 std::string log_tics(double low, double high) {
   if (!(low > 0.0) || !(high > low) || high / low > 1e3) return "";
   const std::vector<int> few = {1, 2, 5}, all = {1, 2, 3, 4, 5, 6, 7, 8, 9};

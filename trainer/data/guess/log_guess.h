@@ -45,7 +45,7 @@ struct GuessedLog {
   GuessedClock clock;
   std::vector<GuessedColumn> columns;  ///< one for each heading of the first file except the time, then derivatives
   std::string directory;               ///< common folder of all files; empty: the current one
-  std::vector<std::string> train, validation, test;  ///< paths relative to it
+  std::vector<std::string> train, validation, test;  ///< paths relative to `directory`
   Eigen::Index rows = 0;
   std::vector<std::string> notes;
 

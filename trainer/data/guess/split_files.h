@@ -11,7 +11,7 @@ namespace nlo::trainer {
 struct LogFileSplit {
   std::vector<std::string> all;                      ///< paths, sorted, without copies
   std::string directory;                             ///< common folder of all files; empty: the current one
-  std::vector<std::string> train, validation, test;  ///< paths relative to it
+  std::vector<std::string> train, validation, test;  ///< paths relative to `directory`
 };
 
 /// Splits the files by their number. One file: training. Two files: the second is for validation. Three to nine files:

@@ -88,7 +88,7 @@ struct ComplexPack {
   P re, im;
 };
 
-/// A coefficient for eight lanes: the same for all if sampling is uniform, otherwise by the step of each lane.
+/// Returns a coefficient for eight lanes: the same for all if sampling is uniform, otherwise by the step of each lane.
 template <bool kUniform>
 NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> ModeCoefficients::*member,
                             const int* step_of) {
@@ -106,18 +106,18 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
   }
 }
 
-/// Prevents the compiler from fusing a product. Otherwise the result would depend on the number of modes compiled
-/// together.
+/// Prevents the compiler from fusing a product with an addition. Otherwise the result would depend on the number of
+/// modes that are compiled together.
 template <class Value>
 NLO_INLINE Value rounded(Value product) {
   if constexpr (sizeof(Value) > simd::kVectorBytes) {
-    return product;  // in two registers
+    return product;  // fills two registers; simd::rounded() takes one
   } else {
     return simd::rounded(product);
   }
 }
 
-/// A mode during a pass through a group: its coefficients, its input, its rows of z and of dl/dz (_im: of pairs).
+/// One mode during a pass through a group: coefficients, input, rows of z and of dl/dz. Only pairs use the fields _im.
 struct ModeRun {
   const ModeCoefficients* table;
   std::complex<float> start, start_slope;

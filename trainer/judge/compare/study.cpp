@@ -301,9 +301,9 @@ class UnderCondition {
   std::unique_ptr<Plant> plant_;
   MetricsConfig config_;
   Dataset fresh_;                         ///< new runs as in training, for estimators that learn
-  std::optional<FilterContext> context_;  ///< by condition
+  std::optional<FilterContext> context_;  ///< set if test_.by_condition
   std::optional<ComparedRuns> tuning_;
-  std::vector<std::vector<EstimatorFactory>> made_;  ///< by entrant
+  std::vector<std::vector<EstimatorFactory>> made_;  ///< one list for each entrant
 };
 
 /// Keeps the run with the largest error of the first observer. The runs of that condition are simulated again.

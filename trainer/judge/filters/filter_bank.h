@@ -15,7 +15,7 @@ namespace nlo::trainer {
 
 class FilterBank final : public LaneFilter {
  public:
-  /// `starts`: n_x x K, initial states of the filters. Each has the P0 of `knowledge` about its own start.
+  /// `starts`: n_x x K, initial states of the K filters. Every filter starts with the covariance P0 of `knowledge`.
   FilterBank(const LanePlant& plant, PointSet points, const FilterKnowledge& knowledge, const Eigen::MatrixXd& starts,
              const std::vector<FilterTuning>& tunings, Eigen::Index lanes);
 

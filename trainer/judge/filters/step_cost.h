@@ -39,7 +39,7 @@ StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& p
 /// Returns the cost of a FilterBank with `members` filters of cost `one`.
 StepCost bank_cost(double members, double n, double ny, const StepCost& one);
 
-/// Cost of the Kalman filter with constant acceleration, for one quantity.
+/// Returns the cost of the Kalman filter with constant acceleration, for one quantity.
 StepCost cost_of_constant_acceleration();
 
 }  // namespace nlo::trainer

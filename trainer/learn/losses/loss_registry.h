@@ -62,7 +62,7 @@ const std::vector<LossTerm>& loss_terms();
 bool needs_forward_map(const LossConfig& config);
 bool needs_equations(const LossConfig& config);
 
-/// Calls run(form, weight) for every term of that form that has a weight.
+/// Calls run(form, weight) for every term of type Form that has a weight.
 template <class Form, class Run>
 void for_each_loss(const LossConfig& config, const Run& run) {
   for (const LossTerm& term : loss_terms()) {
@@ -71,7 +71,7 @@ void for_each_loss(const LossConfig& config, const Run& run) {
   }
 }
 
-/// Returns true if a term of that form for which is(form) holds has a weight.
+/// Returns true if at least one term of type Form has a weight and is(form) is true for it.
 template <class Form, class Is>
 bool any_loss(const LossConfig& config, const Is& is) {
   bool found = false;

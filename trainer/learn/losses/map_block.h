@@ -58,7 +58,7 @@ class MapBlock {
   Scalar* latent(std::size_t row) { return latent_.data() + row * kStride; }
   Scalar* latent_cotangent(std::size_t row) { return latent_cotangent_.data() + row * kStride; }
   double& eigenvalue_gradient(std::size_t row) { return eigenvalue_gradient_[row]; }
-  /// Factor of a squared error in z or x: 1, or 1 / scale^2 if errors are normalised.
+  /// Returns the factor of a squared error in z or x: 1, or 1 / scale^2 if errors are normalised.
   Scalar latent_share(std::size_t row) const { return share_of(structure_->latent_scale[row]); }
   Scalar state_share(std::size_t row) const { return share_of(structure_->state_scale[row]); }
 

@@ -137,7 +137,7 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   if (!dataset.mirror.none())
     if (const auto off = off_centre(dataset))
       causes.push_back(fmt::format(
-          "mirror = true says that the plant is odd, but {}: set mirror = false, or declare it even", *off));
+          "mirror = true says that the plant is odd, but {}: set mirror = false, or declare this channel even", *off));
   constexpr int kFewSteps = 200;
   if (experiment.training.steps < kFewSteps)
     causes.push_back(fmt::format("{} steps may be too few", experiment.training.steps));

@@ -42,7 +42,7 @@ class RowInputs {
 
 /// A linear row for every state.
 struct RowCandidate {
-  Eigen::MatrixXd rows;  ///< n_x x (1 + all)
+  Eigen::MatrixXd rows;  ///< n_x x (1 + RowInputs::all()): intercepts, then weights
   bool reads_more = false;
   bool is_constant = false;  ///< the mean of each state
   /// RMS distance between the rows and T* on training data, n_x. 0: the state wraps, so it has no fallback. Empty: not

@@ -39,7 +39,7 @@ class Evidence {
  public:
   using Value = std::function<double(const StateSquares&)>;
 
-  /// The sets outlive it.
+  /// `sets` must outlive this object.
   ///   are_left_out  the sets are groups of logs that trainings have not seen; otherwise training and validation data
   Evidence(const std::vector<JudgedSet>& sets, std::size_t state, bool are_left_out)
       : sets_(sets), state_(state), are_left_out_(are_left_out) {}

@@ -58,7 +58,7 @@ struct SplitError {
 struct TrainOptions {
   std::string directory;  ///< folder of checkpoint.bin and metrics.csv; empty: nothing is written
   bool resume = false;    ///< continue from the checkpoint of the directory
-  std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
+  std::function<void(const TrainProgress&)> progress;  ///< called after each step, unless it is empty
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are left out of the training. TrainingResult::left_out has the errors on them.
   std::vector<LeftOutLogs> left_out = {};

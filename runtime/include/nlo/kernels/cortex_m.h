@@ -43,7 +43,7 @@ struct Parts {
 template <int kOut>
 using Blocks = Parts<kOut, 13>;
 
-/// Position of the weight of input i for output o: block by block, then input by input.
+/// Returns the position of the weight of input i for output o: block by block, then input by input.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   using B = Blocks<kOut>;

@@ -34,7 +34,7 @@ namespace nlo::inline NLO_ISA::kernels::cortex_m_vectors {
 template <int kOut>
 using Tiles = cortex_m::Parts<(kOut + 3) / 4, 6>;
 
-/// Position of the weight of input i for output o: tile by tile, then input by input.
+/// Returns the position of the weight of input i for output o: tile by tile, then input by input.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   using T = Tiles<kOut>;

@@ -71,7 +71,7 @@ struct Blocks {
 template <int kIn>
 inline constexpr int kPairs = (kIn + 1) / 2;
 
-/// Position of the weight of input i for row r in a block of `size` rows: ordered by pair of inputs, then by row.
+/// Returns the position of the weight of input i for row r in a block of `size` rows: by pair of inputs, then by row.
 constexpr int pair_position(int size, int r, int i) {
   return 2 * (i / 2 * size + r) + i % 2;
 }
@@ -88,7 +88,7 @@ constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i)
 #endif
 }
 
-/// Position of the weight of input i for output o: block by block.
+/// Returns the position of the weight of input i for output o: block by block.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   if (Blocks<kOut>::kWhole > 0) return block_position(kPairs<kIn>, kOut, o, i);

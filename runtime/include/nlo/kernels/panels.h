@@ -44,7 +44,7 @@ constexpr int rounded_up(int n, int multiple) {
   return (n + multiple - 1) / multiple * multiple;
 }
 
-/// Size of a buffer for `values` values of a layer and the zeros that kernels append to them.
+/// Returns the size of a buffer for `values` values of a layer and the zeros that kernels append to them.
 constexpr int padded(int values) {
   return kHasVectors ? rounded_up(values, 4) : values;
 }
@@ -66,13 +66,13 @@ struct PanelLayout {
     return wide() + eight() + rounded_up(rest(), 4);
   }  ///< number of biases, padding included
 
-  /// First output of a tile; for tile = tiles(), the end of the last one. Sizes of tiles differ by at most 16.
+  /// Returns the first output of a tile; for tile = tiles(), the end of the last one. Tile sizes differ by at most 16.
   constexpr int tile_at(int tile) const {
     const int parts = tiles() > 0 ? tiles() : 1, each = wide() / 16 / parts, longer = wide() / 16 % parts;
     return 16 * (each * tile + (tile < longer ? tile : longer));
   }
 
-  /// Position of the weight of input i for output o.
+  /// Returns the position of the weight of input i for output o.
   constexpr int weight_position(int o, int i) const {
     if (o < wide()) {
       int tile = 0;

@@ -50,7 +50,7 @@ struct TargetLayout {
 #endif
   static constexpr int kWeights = kIn * kBiases;
 
-  /// Position of the weight of input i for output o.
+  /// Returns the position of the weight of input i for output o.
   static constexpr int weight_position(int o, int i) {
     if constexpr (kIsPlain<Weight>) return plain::weight_position<kIn, kOut>(o, i);
     return target::weight_position<kIn, kOut>(o, i);
