@@ -81,7 +81,7 @@ class InstructionClock {
 
  private:
   static constexpr int kCalls = 10'000;
-  std::uint32_t known_, half_;  ///< ticks of kCalls times two hundred instructions, and of half of them
+  std::uint32_t known_, half_;  ///< ticks of kCalls times 200 instructions, and of kCalls times 100
 };
 
 }  // namespace nlo::bench

@@ -78,7 +78,7 @@ void need(Pointer pointer, const char* name) {
 /// Data that a model shares with its observers.
 struct Loaded {
   std::string json, structure;
-  Model model;  ///< without the flights of its training: every observer copies it
+  Model model;  ///< without recorded training runs, because every observer copies the model
   std::vector<codegen::Channel> outputs, inputs;
   VectorXd input_min, input_max;
 

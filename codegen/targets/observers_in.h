@@ -13,8 +13,8 @@ namespace nlo::codegen {
 
 enum class TextForm : std::uint8_t {
   kCpp,     ///< the C++ header over the runtime
-  kC99,     ///< the pair
-  kSingle,  ///< the same in one C++ header
+  kC99,     ///< the C99 pair
+  kSingle,  ///< the C99 pair joined in one C++ header
 };
 
 /// An observer in one language among the files of an export: a C99 pair or a C++ header.

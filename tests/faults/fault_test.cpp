@@ -40,8 +40,8 @@ struct Case {
   std::vector<Words> before;  ///< commands that make the old files
   Words command;
   long calls_tried, allocations_tried;
-  bool repeats = true;  ///< whether it gives the same result each time; a search with a time limit does not
-  bool quick = true;    ///< whether it is quick enough to try every call
+  bool repeats = true;  ///< true: gives the same result each time; a search with a time limit does not
+  bool quick = true;    ///< true: quick enough to try every call
 };
 
 void PrintTo(const Case& row, std::ostream* out) {

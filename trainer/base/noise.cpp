@@ -118,7 +118,7 @@ void add_fault(const Part& part, SensorNoise& noise) {
     part.expect(1);
     if (noise.jitter > 0.5) part.fail("has a jitter above half a sample period, so that samples would change places");
   } else {
-    part.fail(fmt::format("has \"{}\" after a plus, which is unknown", part.word()));
+    part.fail(fmt::format("has an unknown word after a plus, \"{}\"", part.word()));
   }
 }
 

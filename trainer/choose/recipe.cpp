@@ -437,7 +437,7 @@ class Deriver {
 
   const DraftExperiment& draft_;
   Experiment for_data_;  ///< experiment_for_data()
-  Experiment base_;      ///< the same with a linear latent system
+  Experiment base_;      ///< for_data_ with a linear latent system
   const Dataset& data_;
   const Dataset& validation_;
   double period_s_, length_s_;

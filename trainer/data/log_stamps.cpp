@@ -133,7 +133,7 @@ class Cleaner {
     if (!table_.same_cells(row, first)) ++with_other_readings_;
   }
 
-  /// Returns true if time continues: at midnight of times without a date, and where a counter overflows.
+  /// Returns true if time continues although the stamp decreases: at midnight (no date), or after a counter overflow.
   bool goes_on(Index row, double step) {
     const auto add = [&](double turn) {
       shift_ += turn;

@@ -24,7 +24,7 @@ void check_limits(const FeedbackConfig& feedback, const std::vector<codegen::Cha
   for (const auto& [key, given] :
        {std::pair{"actuator_low", &feedback.actuator_low}, std::pair{"actuator_high", &feedback.actuator_high}}) {
     if (given->empty())
-      refuse("", fmt::format(" has no {}; give the limit of each of the {} inputs, to which its actuator clips it", key,
+      refuse("", fmt::format(" has no {}; give one for each of the {} inputs: the limit of its actuator", key,
                              inputs.size()));
     if (given->size() != inputs.size())
       refuse(key, fmt::format(" has {} numbers, but the plant has {} inputs; give one for each", given->size(),

@@ -3,8 +3,8 @@
 // The real network after layer l is the same for a_l and for the real output of layer l from a_(l-1), so the error is a
 // sum over the layers:
 //   |exported - real|_i  <=  sum over l of  |d x_hat_i / d a_l| (activation's error + slope (sum's error))
-// The Jacobian of the real network after l is bounded over a box that contains both. The error of the inputs is treated
-// likewise. Branch and bound over the domain makes the bound sharp.
+// The Jacobian of the real network after l is bounded over a box that contains both. The error of the inputs has such a
+// term, too. Branch and bound over the domain makes the bound sharp.
 #pragma once
 
 #include <Eigen/Core>

@@ -33,7 +33,7 @@ struct Robustness {
 
   // Bounds of |x_hat - x| after an initial error of e0. Lipschitz constants of T* are those over the box of the domain.
   ErrorBound bound;  ///< each mode at its own rate, with noise and disturbance
-  ErrorBound quiet;  ///< the same without noise and disturbance
+  ErrorBound quiet;  ///< `bound` without noise and disturbance
   ErrorBound paper;  ///< (19) as printed, plus eps
 
   // Largest errors of the runs. Noise is drawn uniformly for each sample, or is +V or -V at all samples.

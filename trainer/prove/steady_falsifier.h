@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 struct SteadyFound {
   Eigen::VectorXd error;          ///< the largest |x_hat_i - x_i|, n_x
-  Eigen::VectorXd approximation;  ///< the same without noise and disturbance, also over all states of the region
+  Eigen::VectorXd approximation;  ///< `error` without noise and disturbance, also over all states of the region
   int runs = 0;                   ///< number of runs that stayed in the region
 };
 

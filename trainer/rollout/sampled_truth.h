@@ -26,7 +26,7 @@ SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, E
 /// Weights that are zero outside of a time window after the start.
 struct WindowWeights {
   Eigen::VectorXd transient;  ///< N, for samples less than `from` sample periods after the start
-  Eigen::VectorXd settled;    ///< N, for the others
+  Eigen::VectorXd settled;    ///< N, for all later samples
   bool has_both() const { return transient.sum() > 0.0 && settled.sum() > 0.0; }
 };
 

@@ -252,7 +252,7 @@ class Search {
     return JobEnd::kDone;
   }
 
-  /// Returns the finished time, from the speeds known so far.
+  /// Returns the time [s] that the finished trials took, computed from the speeds known so far.
   double done_s() const {
     double sum = 0.0;
     for (const std::vector<Trial>& rung : record_.rungs)

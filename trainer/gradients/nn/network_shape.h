@@ -29,9 +29,9 @@ struct NetworkShape {
   static NetworkShape make(const std::vector<int>& widths, Activation activation, bool linear_path);
 };
 
-/// Draws uniformly within the bound of Glorot or He, by the row of the activation (codegen/model/activations.h); biases
-/// and L are zero. last_scale shrinks the last layer: 0 starts from the linear path alone. `stream` differs between the
-/// networks of one observer.
+/// Draws weights uniformly within the bound of Glorot or He; codegen/model/activations.h has the bound of each
+/// activation. Biases and L are zero. last_scale shrinks the last layer: 0 starts from the linear path alone. `stream`
+/// differs between the networks of one observer.
 std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale,
                                       std::uint64_t stream = 0);
 

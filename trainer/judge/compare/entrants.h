@@ -26,8 +26,8 @@ struct Entrant {
 ///   is_looped  adds the observer and the filters that close the loop themselves
 std::vector<Entrant> strict_entrants(const std::vector<NamedModel>& models, const StudyTest& test, bool is_looped);
 
-/// Returns the observers, then the estimators of `test`: filters as shipped and tuned, estimators without a plant, the
-/// floor.
+/// Returns the observers, then the estimators of `test`: filters as shipped and tuned, estimators without a plant, and
+/// the floor (the particle filter that knows each condition).
 ///   nominal           the experiment with its nominal parameters
 ///   joint_parameters  parameters that joint filters estimate
 std::vector<Entrant> compared_entrants(const std::vector<NamedModel>& models, const Experiment& nominal,

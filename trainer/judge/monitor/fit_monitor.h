@@ -18,7 +18,7 @@ namespace nlo::trainer {
 
 struct MonitorRequest {
   double false_alarms_per_hour = 1.0;  ///< at most half of one per time constant
-  double time_constant_s = 1.0;        ///< averages over a quarter of it, over it, and over twice it
+  double time_constant_s = 1.0;        ///< T; the statistics average over T / 4, T and 2 T
   int threads = 0;                     ///< 0: all cores; the result does not depend on it
 };
 
