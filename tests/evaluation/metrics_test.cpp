@@ -72,7 +72,7 @@ TEST(Metrics, NormOfAnExponentialErrorEqualsItsClosedForm) {
   EXPECT_NEAR(m.curve_time_s[100], 1.0, kRounding);
 }
 
-TEST(Metrics, SettlesWhenTheWindowHasPassedAStepOfTheError) {
+TEST(Metrics, SettlingTimeIsTheTimeOfTheLastStepOfTheError) {
   // The error is 1 until 3 s and 0.1 after that. Windows that start at 3 s or later contain only 0.1; one sample of the
   // large error in a window of 10 samples would give sqrt((1 + 9 * 0.01) / 10) = 0.33 > 0.15.
   const Trajectory run = constant_run(Eigen::Vector2d::Zero(), 20.0, 0.1);

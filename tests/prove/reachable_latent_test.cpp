@@ -54,7 +54,7 @@ double reached_at_random(const Model& model, const LatentHull& hull, unsigned se
   return largest;
 }
 
-TEST(ReachableLatent, NoReadingsLeaveIt) {
+TEST(ReachableLatent, ContainsZForAnyReadings) {
   unsigned seed = 1;
   for (const Model& model : linear_models()) {
     const LatentHull hull = reachable_latent(model);
@@ -68,7 +68,7 @@ TEST(ReachableLatent, NoReadingsLeaveIt) {
   }
 }
 
-TEST(ReachableLatent, SomeReadingsReachItsLimits) {
+TEST(ReachableLatent, SomeReadingsDriveZToItsLimits) {
   constexpr double kNearly = 0.99;
   for (const Model& model : {codegen::paper_model(), codegen::tiny_model(), codegen::hold_model("zero_order"),
                              codegen::hold_model("rk4"), codegen::commanded_model()}) {

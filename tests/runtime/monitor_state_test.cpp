@@ -70,7 +70,7 @@ TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
   }
 }
 
-TEST(Monitor, RestoresAStateAtTheLimitsOfWatching) {
+TEST(Monitor, RestoresAStateWithTheLargestPossibleValues) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;

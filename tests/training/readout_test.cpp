@@ -160,7 +160,7 @@ TEST(Readout, ChoosesByTheSettledSamplesOnRequest) {
   EXPECT_GT(settled_error(1.0), 1.0) << "a row that loses 5 % over whole runs is not chosen";
 }
 
-TEST(Readout, NamesTheChoice) {
+TEST(Readout, ListsTheChoiceForEachState) {
   Readout readout{{.state = "p", .share = 0.0}, {.state = "v", .share = 1.0}, {.state = "w", .share = 0.35}};
   EXPECT_EQ(readout_fact(readout), "linear row: p; network: v; 0.35 network: w");
   readout = {{.state = "p"}, {.state = "v"}};

@@ -29,8 +29,8 @@ struct Chosen {
 double relative_error(const Trajectory& truth, const Eigen::MatrixXd& estimate, const std::vector<Channel>& states,
                       const Eigen::VectorXd& scale);
 
-/// Returns all runs in their order. If there are more than `most` (at least 3): the first, the best, the worst and as
-/// many others, spread evenly over the order.
+/// Returns all runs in their order. If there are more than `most` (at least 3), returns `most` of them: the first,
+/// the best, the worst and others that are spread evenly over the order.
 std::vector<Chosen> spread_choice(const std::vector<double>& errors, std::size_t most = kMostExamples);
 
 /// Keeps the first run of a test and the run with the largest error, while threads estimate them in any order. The

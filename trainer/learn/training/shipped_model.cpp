@@ -288,7 +288,7 @@ SplitError split_error(const codegen::Model& model, const Rollout& validation, d
   const SampledTruth judged = sample_truth(model, validation, kReadoutSamples);
   const MatrixXd errors =
       errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
-  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // sums over the states, each over its variance
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(errors.cols());  // sum over the states of error^2 / variance
   for (Index i = 0; i < errors.rows(); ++i)
     squares += errors.row(i).cwiseAbs2() / std::max(weighted_variance(judged.x.row(i), judged.weights), 1e-300);
   const auto error = [&](const VectorXd& weights) {
