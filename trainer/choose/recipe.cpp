@@ -106,6 +106,7 @@ class Deriver {
   }
 
   Recipe run() {
+    if (is_filter()) return with_units({period_s_, length_s_, 0.0});
     const std::vector<Choice> finalists = choose();
     const DataScales scales{period_s_, length_s_, finalists.front().bank.slowest()};
     if (!is_linear_latent()) return with_units(scales);
@@ -142,6 +143,8 @@ class Deriver {
   };
 
   bool is_linear_latent() const { return for_data_.observer.structure == base_.observer.structure; }
+  /// Returns true for a prior without units. No mode of the data decides about it.
+  bool is_filter() const { return !is_linear_latent() && for_data_.observer.own.get<UnitSettings>().units == 0; }
 
   /// Returns the recipe of a draft that names a structure with units.
   Recipe with_units(const DataScales& scales) const {
