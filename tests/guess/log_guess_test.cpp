@@ -402,6 +402,35 @@ TEST_F(LogGuess, SplitsByFilesAndLeavesCopiesOut) {
   EXPECT_THAT(copied.notes, ElementsAre(HasSubstr("a copy of")));
 }
 
+TEST_F(LogGuess, SplitsByNamesThatSayIt) {
+  const auto written = [&](const std::vector<std::string>& names) {
+    std::vector<std::string> files;
+    for (const std::string& name : names) {
+      const double phase = 0.1 * static_cast<double>(files.size());
+      files.push_back(write(
+          name, "time,y",
+          [phase](int k) {
+            return row({0.01 * k, std::sin(0.1 * k + phase)});
+          },
+          20));
+    }
+    return guess_log(files, {});
+  };
+  const GuessedLog pair = written({"a/test_val.csv", "a/train_est.csv"});
+  EXPECT_THAT(pair.train, ElementsAre("train_est.csv")) << "not the first of the alphabet";
+  EXPECT_THAT(pair.test, ElementsAre("test_val.csv"));
+  EXPECT_THAT(pair.validation, IsEmpty());
+  const GuessedLog folders = written({"b/val/run1.csv", "b/drive/run2.csv", "b/drive/run3.csv"});
+  EXPECT_THAT(folders.train, ElementsAre("drive/run2.csv", "drive/run3.csv"));
+  EXPECT_THAT(folders.validation, ElementsAre("val/run1.csv"));
+  const GuessedLog rest = written({"e/test.csv", "e/train_1.csv", "e/train_2.csv", "e/train_3.csv"});
+  EXPECT_THAT(rest.train, ElementsAre("train_1.csv", "train_2.csv"));
+  EXPECT_THAT(rest.validation, ElementsAre("train_3.csv")) << "the test judges, and must not choose the model";
+  EXPECT_THAT(rest.test, ElementsAre("test.csv"));
+  EXPECT_THAT(written({"c/latest1.csv", "c/latest2.csv"}).train, ElementsAre("latest1.csv")) << "not a word";
+  EXPECT_THAT(written({"d/test1.csv", "d/test2.csv"}).train, ElementsAre("test1.csv")) << "one must train";
+}
+
 TEST_F(LogGuess, ReadsOtherSeparatorsAndDecimals) {
   const GuessedLog log =
       guess("time;y", [](int k) { return fmt_comma(0.01 * k) + ";" + fmt_comma(std::sin(0.1 * k)); });
