@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/judge/evaluation/metrics.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
