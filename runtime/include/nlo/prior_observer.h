@@ -91,8 +91,8 @@ struct PriorModel {
   std::uint16_t stale_after;                        ///< after this many held measurements in a row: kStale
   Scalar initial[kNz];                              ///< [m; x; p] before the first measurement
   Scalar state_min[kCarried], state_max[kCarried];  ///< limits of [x; p]
-  [[no_unique_address]] Squashing<0> fine{};        ///< n_y: innovations at which the first s is 1/2
-  [[no_unique_address]] Squashing<1> coarse{};      ///< n_y: innovations at which the second s is 1/2
+  [[no_unique_address]] Squashing<0> fine{};        ///< n_y: innovations at which s(nu, fine) is 1/2
+  [[no_unique_address]] Squashing<1> coarse{};      ///< n_y: innovations at which s(nu, coarse) is 1/2
   Scalar state_noise[kStates], output_noise[kNy];   ///< variances at c_q = 0 (per sample period) and c_r = 0
   ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;
