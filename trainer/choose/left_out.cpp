@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -26,11 +27,11 @@ constexpr int kShorter = 2;               // divisor of the steps; enough remain
 std::vector<FoldOfLogs> folds_of_blocks(const LogGroup& log, const Dataset& training, int blocks) {
   std::vector<FoldOfLogs> folds;
   for (int b = 0; b < blocks; ++b) {
-    Dataset kept = without_block(training, b, blocks), out = only_block(training, b, blocks);
-    if (!has_truth(kept) || !has_truth(out)) continue;
+    std::optional<LeftOutBlock> parts = leave_out_block(training, b, blocks);
+    if (!parts) continue;
     folds.push_back({.names = {fmt::format("part {} of {}", b + 1, log.name)},
-                     .kept = std::move(kept),
-                     .left_out = {{log.kind, std::move(out)}},
+                     .kept = std::move(parts->kept),
+                     .left_out = {{log.kind, std::move(parts->left_out)}},
                      .is_part_of_log = true});
   }
   return folds;

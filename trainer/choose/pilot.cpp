@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -54,10 +55,10 @@ Pilots::Pilots(const Experiment& experiment, const Dataset& training, const Data
 
 void Pilots::hold_out_last_quarter() {
   constexpr int kBlocks = 4;
-  Dataset kept = without_block(training_, kBlocks - 1, kBlocks), held_out = only_block(training_, kBlocks - 1, kBlocks);
-  if (!has_truth(kept) || !has_truth(held_out)) return;
-  kept_ = std::move(kept);
-  held_out_ = std::move(held_out);
+  std::optional<LeftOutBlock> parts = leave_out_block(training_, kBlocks - 1, kBlocks);
+  if (!parts) return;
+  kept_ = std::move(parts->kept);
+  held_out_ = std::move(parts->left_out);
   holds_out_a_part_ = true;
 }
 

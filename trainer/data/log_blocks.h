@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "trainer/data/dataset.h"
 
@@ -16,10 +17,15 @@ int block_of(Eigen::Index sample, Eigen::Index samples, int blocks);
 /// whole run, so a block has no transient of its own; the first one has that of the run.
 Dataset only_block(Dataset logs, int block, int blocks);
 
-/// Returns true if the truth of at least one sample counts.
-bool has_truth(const Dataset& logs);
-
 /// Returns the logs with the truth masked in block `block` of each run.
 Dataset without_block(Dataset logs, int block, int blocks);
+
+/// The same logs twice: without the truth of a block, and with that truth alone.
+struct LeftOutBlock {
+  Dataset kept, left_out;
+};
+
+/// Leaves out block `block` of each run. Returns nothing if either part has no truth that counts.
+std::optional<LeftOutBlock> leave_out_block(const Dataset& logs, int block, int blocks);
 
 }  // namespace nlo::trainer
