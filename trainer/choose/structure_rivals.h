@@ -46,11 +46,11 @@ struct Rival {
 ///     cosines
 /// A prior is not tried
 ///   - on a plant that is simulated exactly. There it would win, but it is the worst choice if the real plant differs.
-///     With parameters 20 % off, the error for a pendulum was 0.72 with a prior and 0.23 with a KKL observer. The gain
-///     of a prior goes to zero: after a jump of the leak of two tanks, its estimate stayed wrong for 1,790 s, that of
-///     a KKL observer for 41 s
-///   - on a plant whose encoder counts without end (counted_state()). In flight the count would be clamped to the range
-///     of training. A linear latent system avoids this, because it reads the count relative to z
+///     With parameters 20 % off, the error for a pendulum was 0.72 with a prior and 0.23 with a KKL observer. A prior's
+///     gain goes to zero: after a jump of the leak of two tanks, its estimate stayed wrong for 1,790 s. The estimate of
+///     a KKL observer was wrong for 41 s
+///   - on a plant whose encoder counts without end (counted_state()). In flight a prior would clamp the count to the
+///     range that training covered. A linear latent system reads the count relative to z and has no such limit
 std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experiment& base, const DataScales& scales);
 
 }  // namespace nlo::trainer

@@ -214,8 +214,8 @@ struct TrainingConfig {
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself
-  /// Number of trainings that leave out logs. Each has half of the training steps, and each group of logs is left out
-  /// of one of them. 0: no such training; the training logs choose the readouts.
+  /// Number of trainings that leave out logs. Each has half of the training steps, and exactly one of them leaves out
+  /// a given group of logs. 0: no training leaves out logs, and the training logs choose the readouts.
   int folds = 4;
 };
 

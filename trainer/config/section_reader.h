@@ -74,7 +74,7 @@ class SectionReader {
   }
 
  private:
-  static constexpr std::size_t kMostMembers = 100;  // of a table: more than any section has keys, few enough to search
+  static constexpr std::size_t kMostMembers = 100;  // in a table; no section has as many keys, and few enough to search
 
   void note(const std::string& path, const Toml& value) { places_.note(path, place(value)); }
 

@@ -16,8 +16,8 @@ struct RoundsOptions {
   KnownFacts facts = {};
 };
 
-/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` begins as the data
-/// of round 0. Each round adds new runs to its training set and replaces its validation runs.
+/// Trains round by round and returns the last training, which may be interrupted or diverged. At first, `data` has the
+/// runs for round 0. Each round adds new runs to the training set in `data` and replaces the validation runs there.
 TrainingResult run_rounds(const Experiment& experiment, RunData& data, const RunFolder& folder,
                           const RoundsOptions& options);
 

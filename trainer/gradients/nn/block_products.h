@@ -68,9 +68,9 @@ struct Products {
     }
   }
 
-  /// out = W in + bias, or out += W in (kAdds, without a bias), over a block. All layers of a network share the tiles
-  /// of this function. The activation is a second pass over the sums, which costs a load and a store per sum. Tiles
-  /// with the activation inside were compiled once per activation, which took 40 s.
+  /// out = W in + bias, or out += W in (kAdds, without a bias), over a block. All layers of a network share this
+  /// function's tiles. The caller applies the activation in a second pass, which costs a load and a store per sum.
+  /// Tiles with the activation inside were compiled once per activation, which took 40 s.
   template <bool kAdds = false>
   [[gnu::noinline]] static void multiply(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
                                          Scalar* out) {
