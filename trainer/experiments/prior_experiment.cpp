@@ -2,7 +2,6 @@
 #include "trainer/experiments/prior_experiment.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <numbers>
@@ -56,10 +55,8 @@ class Columns {
     for (const ColumnConfig& column : log_.columns)
       if (column.role == ColumnRole::kInput) all_.push_back(column);
     for (const std::string& state : plant_.states) add_state(state);
-    if (!without_.empty())
-      no_prior(
-          fmt::format("the logs have no column for the state{} {}, but a prior needs logs with all states of the plant",
-                      without_.size() > 1 ? "s" : "", fmt::join(without_, ", ")));
+    if (estimated_.empty())
+      no_prior("the logs have a column for none of the states of the plant, but a prior needs the truth of one");
     // A velocity may be computed from a column that is not a channel here.
     for (const ColumnConfig& column : log_.columns)
       if (column.role == ColumnRole::kIgnored || is_left_out(column)) {
@@ -70,7 +67,8 @@ class Columns {
   }
 
   const std::vector<ColumnConfig>& all() const { return all_; }
-  /// Fills the names, units, wraps and encodings of the plant's channels.
+  /// Fills the names, units, wraps and encodings of the plant's channels, and the states that have a column if some do
+  /// not.
   void describe(PlantConfig& plant) const {
     const auto add = [](const ColumnConfig& column, std::vector<std::string>& units, std::vector<double>& wraps,
                         std::vector<Encoding>& encodings) {
@@ -79,13 +77,20 @@ class Columns {
       encodings.push_back(column.encoding);
     };
     plant.output_names.clear();
+    const auto column_of = [this](const std::string& state) {
+      const auto found = std::ranges::find_if(all_, [&state](const ColumnConfig& column) {
+        return column.role == ColumnRole::kState && column.name == state;
+      });
+      return found == all_.end() ? ColumnConfig{} : *found;
+    };
+    for (const std::string& state : plant.states)
+      add(column_of(state), plant.state_units, plant.state_wraps, plant.state_encodings);
     for (const ColumnConfig& column : all_) {
-      if (column.role == ColumnRole::kState)
-        add(column, plant.state_units, plant.state_wraps, plant.state_encodings);
-      else if (column.role == ColumnRole::kOutput)
-        add(column, plant.output_units, plant.output_wraps, plant.output_encodings);
-      if (column.role == ColumnRole::kOutput) plant.output_names.push_back(column.name);
+      if (column.role != ColumnRole::kOutput) continue;
+      add(column, plant.output_units, plant.output_wraps, plant.output_encodings);
+      plant.output_names.push_back(column.name);
     }
+    if (estimated_.size() < plant.states.size()) plant.estimated = estimated_;
     for (const std::string& input : plant.inputs) plant.input_units.push_back(unit_of_input(input));
   }
 
@@ -115,10 +120,8 @@ class Columns {
   void add_state(const std::string& name) {
     const ColumnConfig* column = find_column(log_, ColumnRole::kState, name);
     if (column == nullptr) column = measured(name);
-    if (column == nullptr) {
-      without_.push_back(fmt::format("\"{}\"", name));
-      return;
-    }
+    if (column == nullptr) return;
+    estimated_.push_back(name);
     ColumnConfig state = *column;
     state.column = heading_of(*column);
     if (state.column == name) state.column.clear();
@@ -144,7 +147,7 @@ class Columns {
   const PlantConfig& plant_;
   const LogConfig& log_;
   std::vector<ColumnConfig> all_;
-  std::vector<std::string> without_;
+  std::vector<std::string> estimated_;  ///< states that have a column
 };
 
 /// Returns the plant with these values of its parameters.

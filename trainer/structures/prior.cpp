@@ -42,6 +42,21 @@ KnownEquations equations_of_plant(const Experiment& experiment, bool reads_input
   return known_equations(plant, reads_inputs, experiment.known ? inputs : plant.inputs);
 }
 
+/// Returns the range at a start of each state that nobody estimates, from the box of [simulation].
+std::vector<codegen::Interval> start_box(const Experiment& experiment, const std::vector<std::string>& unestimated) {
+  const PlantConfig& plant = *known_plant(experiment);
+  const SimulationConfig& simulation = experiment.known ? experiment.known->simulation : experiment.simulation;
+  std::vector<codegen::Interval> box;
+  for (const std::string& name : unestimated)
+    for (std::size_t i = 0; i < plant.states.size() && i < simulation.initial_low.size(); ++i) {
+      const codegen::Interval range(simulation.initial_low[i], simulation.initial_high[i]);
+      if (name == plant.states[i]) box.push_back(range);
+      if (name == plant.states[i] + "_sin") box.push_back(value_of(codegen::Function::kSine, range));
+      if (name == plant.states[i] + "_cos") box.push_back(value_of(codegen::Function::kCosine, range));
+    }
+  return box;
+}
+
 Eigen::VectorXd as_vector(const std::vector<double>& values) {
   return Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
 }
@@ -56,24 +71,26 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
            "[observer] structure \"prior\" needs the equations of [plant], but there are only logs; add the known "
            "equations, or use another structure");
   const PlantConfig& plant = *known_plant(experiment);
-  if (experiment.known && !plant.estimated.empty())
-    refuse("plant.estimated",
-           "[plant] estimated leaves out states, but a prior is trained on logs of all states of the plant; remove "
-           "estimated, and give each state a column");
+  const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
+  if (experiment.known && start_box(experiment, known.texts.unestimated).size() != known.texts.unestimated.size())
+    refuse("simulation.initial_low",
+           "[simulation] has no initial_low and initial_high, but a prior needs the range of each state that the logs "
+           "do not have; give both, one number for each state");
   if (has_unwrapped_angle(plant))
     refuse("observer.structure",
            "a prior needs the sine and cosine of each angle in rad: set its wrap to \"2pi\" and its encoding to "
            "\"sincos\" in state_encodings or output_encodings of [plant], and in [[log.columns]]");
-  const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
   if (experiment.known) {
     const LogSchema logs = resolve_columns(*experiment.log);
     const auto same = [](const std::vector<codegen::Channel>& logged, const std::vector<codegen::Channel>& own) {
       return std::ranges::equal(logged, own, {}, &codegen::Channel::name, &codegen::Channel::name);
     };
-    if (!same(logs.state_channels, known.states) || !same(logs.output_channels, known.outputs))
+    const std::vector<codegen::Channel> estimated(
+        known.states.begin(), known.states.end() - static_cast<std::ptrdiff_t>(known.texts.unestimated.size()));
+    if (!same(logs.state_channels, estimated) || !same(logs.output_channels, known.outputs))
       refuse("plant",
-             "a prior needs the channels of the logs: give [plant] states and output_names the names of the state "
-             "and output columns, in the same order");
+             "a prior needs the channels of the logs: give [plant] states (or `estimated`, if some states have no "
+             "column) and output_names the names of the state and output columns, in the same order");
   }
   try {
     const codegen::Equations equations(known.texts, known.states, known.inputs);
@@ -131,6 +148,7 @@ class PriorStructure final : public TrainableStructure {
     own.equations = codegen::Equations(known.texts, known.states, known.inputs);
     own.on_circle = known.on_circle;
     own.unestimated = static_cast<int>(known.texts.unestimated.size());
+    own.start_box = start_box(experiment, known.texts.unestimated);
     own.units = experiment.observer.own.get<UnitSettings>().units;
     own.readings = structure.readings;
     own.inputs = structure.inputs;

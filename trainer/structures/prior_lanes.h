@@ -20,15 +20,16 @@ namespace nlo::trainer {
 /// Properties of the observer before training.
 struct PriorSetting {
   codegen::Equations equations;
-  int units = 0, readings = 0, inputs = 0;        ///< numbers of units (n_m), readings (n_r) and inputs (n_u)
-  int unestimated = 0;                            ///< number of states that T* does not read; they are the last ones
-  bool commands = false;                          ///< true: the input of a sample has acted since the previous sample
-  bool noisy = false;                             ///< true: training adds noise to the sensors
-  bool whole_runs = false;                        ///< true: every segment of the training begins with its run
-  double period_s = 0.0;                          ///< unit of rates
-  std::vector<bool> on_circle;                    ///< true: the state is the sine or cosine of an angle; n_s
-  std::vector<double> start, low, high;           ///< [x; p]: initial prior and limits
-  std::vector<double> fine, coarse;               ///< arguments c of s(nu, c), n_y
+  int units = 0, readings = 0, inputs = 0;   ///< numbers of units (n_m), readings (n_r) and inputs (n_u)
+  int unestimated = 0;                       ///< number of states that T* does not read; they are the last ones
+  bool commands = false;                     ///< true: the input of a sample has acted since the previous sample
+  bool noisy = false;                        ///< true: training adds noise to the sensors
+  bool whole_runs = false;                   ///< true: every segment of the training begins with its run
+  double period_s = 0.0;                     ///< unit of rates
+  std::vector<bool> on_circle;               ///< true: the state is the sine or cosine of an angle; n_s
+  std::vector<codegen::Interval> start_box;  ///< ranges of the unestimated states at a start; unless runs have them
+  std::vector<double> start, low, high;      ///< [x; p]: initial prior and limits
+  std::vector<double> fine, coarse;          ///< arguments c of s(nu, c), n_y
   std::vector<double> state_noise, output_noise;  ///< variances without a correction, n_s and n_y
   std::vector<double> scale;                      ///< scale of the correction's outputs
   Normalisation read;                             ///< normalisation of w

@@ -12,52 +12,135 @@
 namespace nlo::trainer {
 namespace {
 
+/// The values of some rows of a run, rows x samples.
+using Rows = std::vector<float>;
+
 /// Moments and range of one row of a signal.
 struct Range {
   Moments moments;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+
+  void add(double value) {
+    moments.add(value, 1.0);
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
 };
-std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> TrainingData::Run::*signal, int rows) {
+/// Returns the ranges of the first rows of a signal. signal(i): its values in run i.
+template <class Signal>
+std::vector<Range> ranges_of(const TrainingData& data, int rows, const Signal& signal) {
   std::vector<Range> ranges(static_cast<std::size_t>(rows));
-  for (const TrainingData::Run& run : data.runs)
+  for (std::size_t i = 0; i < data.runs.size(); ++i) {
+    const auto samples = static_cast<std::size_t>(data.runs[i].samples);
+    const Rows& values = signal(i);
     for (std::size_t row = 0; row < ranges.size(); ++row)
-      for (int k = 0; k < run.samples; ++k) {
-        const auto value = static_cast<double>(
-            (run.*signal)[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]);
-        Range& range = ranges[row];
-        range.moments.add(value, 1.0);
-        range.low = std::min(range.low, value);
-        range.high = std::max(range.high, value);
-      }
+      for (std::size_t k = 0; k < samples; ++k) ranges[row].add(static_cast<double>(values[row * samples + k]));
+  }
   return ranges;
 }
 
-/// Returns state i of a run at sample k. States that are not estimated follow the estimated ones.
-double state_at(const PriorSetting& own, const TrainingData::Run& run, std::size_t i, int k) {
-  const auto estimated = static_cast<std::size_t>(own.estimated()), samples = static_cast<std::size_t>(run.samples),
-             at = static_cast<std::size_t>(k);
-  return static_cast<double>(i < estimated ? run.states[i * samples + at]
-                                           : run.unestimated[(i - estimated) * samples + at]);
+/// Steps x by the equations from sample k of a run to the next one. Returns the length of the step [s].
+double step_on(const PriorSetting& own, const TrainingData& data, const TrainingData::Run& run, int k, double* x) {
+  const std::size_t step = run.step_of.empty() ? 0 : static_cast<std::size_t>(run.step_of[static_cast<std::size_t>(k)]);
+  own.equations.step(x, data.steps_s[step], [&](double c, double* u) {
+    for (int j = 0; j < own.inputs; ++j) {
+      const float* const input = run.readings.data() + static_cast<std::ptrdiff_t>(own.ny() + j) * run.samples + k;
+      const auto to = static_cast<double>(input[1]), from = own.commands ? to : static_cast<double>(input[0]);
+      u[j] = (1.0 - c) * from + c * to;
+    }
+  });
+  return data.steps_s[step];
 }
 
-/// Returns mean and variance of each state at the start of segments (prior_start.h).
-std::vector<Moments> starts_of(const PriorSetting& own, const TrainingData& data, const std::vector<Range>& states) {
-  constexpr std::size_t kEnough = 16;  // runs
-  std::vector<Moments> starts;
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    starts.push_back(states[i].moments);
-    if (!own.whole_runs || data.runs.size() < kEnough) continue;
-    starts[i] = {};
-    for (const TrainingData::Run& run : data.runs) starts[i].add(state_at(own, run, i, 0), 1.0);
+/// Returns the trajectories of the unestimated states in a run. Simulated runs have them. Beside logs, the equations
+/// step them along the logged states, from the middle of their box. They stay within ten widths of it, because
+/// equations may be unstable.
+Rows unestimated_states(const PriorSetting& own, const TrainingData& data, const TrainingData::Run& run) {
+  constexpr double kMostWidths = 10.0;
+  if (own.unestimated == 0 || !run.unestimated.empty()) return run.unestimated;
+  const auto estimated = static_cast<std::size_t>(own.estimated()), samples = static_cast<std::size_t>(run.samples);
+  Rows rows(own.start_box.size() * samples);
+  std::vector<double> x(static_cast<std::size_t>(own.carried()));
+  for (std::size_t k = 0; k < samples; ++k) {
+    for (std::size_t i = 0; i < own.start_box.size(); ++i) {
+      const auto [low, high] = own.start_box[i];
+      const double middle = 0.5 * (low + high), most = kMostWidths * (high - low);
+      double& value = x[estimated + i];
+      value = k == 0 || !std::isfinite(value) ? middle : std::clamp(value, middle - most, middle + most);
+      rows[i * samples + k] = static_cast<float>(value);
+    }
+    if (k + 1 == samples) break;
+    for (std::size_t i = 0; i < estimated; ++i) x[i] = static_cast<double>(run.states[i * samples + k]);
+    (void)step_on(own, data, run, static_cast<int>(k), x.data());
   }
-  return starts;
+  return rows;
 }
+
+/// The states of all runs that the equations step.
+class States {
+ public:
+  States(const PriorSetting& own, const TrainingData& data)
+      : own_(own), data_(data), logged_(own.unestimated > 0 && data.runs.front().unestimated.empty()) {
+    for (const TrainingData::Run& run : data.runs) unestimated_.push_back(unestimated_states(own, data, run));
+    ranges_ = ranges_of(data, own.estimated(), [&data](std::size_t i) -> const Rows& { return data.runs[i].states; });
+    std::vector<Range> more =
+        ranges_of(data, own.unestimated, [this](std::size_t i) -> const Rows& { return unestimated_[i]; });
+    for (std::size_t i = 0; logged_ && i < more.size(); ++i) {
+      const Range box = of_box(i);
+      if (box.moments.deviation() > more[i].moments.deviation()) more[i].moments = box.moments;
+      more[i].low = std::min(more[i].low, box.low);
+      more[i].high = std::max(more[i].high, box.high);
+    }
+    std::ranges::copy(more, std::back_inserter(ranges_));
+  }
+
+  const std::vector<Range>& ranges() const { return ranges_; }
+
+  /// Returns state i at sample k of a run. Unestimated states follow the estimated ones.
+  double at(std::size_t run, std::size_t i, int k) const {
+    const auto estimated = static_cast<std::size_t>(own_.estimated());
+    const std::size_t place = static_cast<std::size_t>(data_.runs[run].samples) * (i < estimated ? i : i - estimated);
+    return static_cast<double>(
+        (i < estimated ? data_.runs[run].states : unestimated_[run])[place + static_cast<std::size_t>(k)]);
+  }
+
+  /// Returns mean and variance of each state at the start of segments (prior_start.h).
+  std::vector<Moments> starts() const {
+    constexpr std::size_t kEnough = 16;  // runs
+    const auto estimated = static_cast<std::size_t>(own_.estimated());
+    std::vector<Moments> starts;
+    for (std::size_t i = 0; i < ranges_.size(); ++i) {
+      starts.push_back(logged_ && i >= estimated ? of_box(i - estimated).moments : ranges_[i].moments);
+      if (!own_.whole_runs || data_.runs.size() < kEnough || (logged_ && i >= estimated)) continue;
+      starts[i] = {};
+      for (std::size_t run = 0; run < data_.runs.size(); ++run) starts[i].add(at(run, i, 0), 1.0);
+    }
+    return starts;
+  }
+
+  /// Returns true for a state that no run has.
+  bool is_unknown(std::size_t i) const { return logged_ && i >= static_cast<std::size_t>(own_.estimated()); }
+
+ private:
+  Range of_box(std::size_t i) const {
+    Range range;
+    range.add(own_.start_box[i].low);
+    range.add(own_.start_box[i].high);
+    return range;
+  }
+
+  const PriorSetting& own_;
+  const TrainingData& data_;
+  bool logged_;
+  std::vector<Rows> unestimated_;
+  std::vector<Range> ranges_;
+};
 
 /// Mean squares of the residuals of the equations, for each state and each output.
 struct LeftOver {
   std::vector<double> states, outputs;
 };
-LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
+LeftOver left_over(const PriorSetting& own, const TrainingData& data, const States& known) {
   const auto nx = static_cast<std::size_t>(own.nx()), ny = static_cast<std::size_t>(own.ny());
   std::vector<Moments> states(nx), outputs(ny);
   const auto add = [](Moments& to, double error) {
@@ -67,29 +150,21 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data) {
   std::ptrdiff_t all = 0, sample = 0;
   for (const TrainingData::Run& run : data.runs) all += run.samples;
   const std::ptrdiff_t every = 1 + all / kEnough;
-  for (const TrainingData::Run& run : data.runs) {
-    const auto at = [&run](const std::vector<float>& signal, std::size_t row, int k) {
-      return static_cast<double>(signal[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]);
-    };
+  for (std::size_t of = 0; of < data.runs.size(); ++of) {
+    const TrainingData::Run& run = data.runs[of];
     for (int k = 0; k < run.samples; ++k) {
       if (sample++ % every != 0 || run.weight[static_cast<std::size_t>(k)] == 0.0F) continue;
       std::vector<double> x(static_cast<std::size_t>(own.carried())), y(ny * (1 + nx));
-      for (std::size_t i = 0; i < nx; ++i) x[i] = state_at(own, run, i, k);
+      for (std::size_t i = 0; i < nx; ++i) x[i] = known.at(of, i, k);
       own.equations.output(x.data(), y.data());
-      for (std::size_t j = 0; j < ny; ++j) add(outputs[j], at(run.readings, j, k) - y[j]);
+      for (std::size_t j = 0; j < ny; ++j)
+        add(outputs[j],
+            static_cast<double>(run.readings[j * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]) -
+                y[j]);
       if (k + 1 >= run.samples || run.weight[static_cast<std::size_t>(k) + 1] == 0.0F) continue;
-      const std::size_t step =
-          run.step_of.empty() ? 0 : static_cast<std::size_t>(run.step_of[static_cast<std::size_t>(k)]);
-      const double step_s = data.steps_s[step];
-      own.equations.step(x.data(), step_s, [&](double c, double* u) {
-        for (std::size_t j = 0; j < static_cast<std::size_t>(own.inputs); ++j) {
-          const double to = at(run.readings, ny + j, k + 1);
-          const double from = own.commands ? to : at(run.readings, ny + j, k);
-          u[j] = (1.0 - c) * from + c * to;
-        }
-      });
+      const double step_s = step_on(own, data, run, k, x.data());
       const double share = std::sqrt(own.period_s / step_s);  // the variance grows with the step
-      for (std::size_t i = 0; i < nx; ++i) add(states[i], share * (state_at(own, run, i, k + 1) - x[i]));
+      for (std::size_t i = 0; i < nx; ++i) add(states[i], share * (known.at(of, i, k + 1) - x[i]));
     }
   }
   LeftOver left;
@@ -111,10 +186,11 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
                    kLogarithm = 2.0, kLeastOfStart = 0.01;
   own.period_s = data.sample_period_s;
   const int nx = own.nx(), ny = own.ny();
-  const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
-  std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, own.estimated());
-  std::ranges::copy(ranges_of(data, &TrainingData::Run::unestimated, own.unestimated), std::back_inserter(states));
-  const std::vector<Moments> starts = starts_of(own, data, states);
+  const std::vector<Range> readings =
+      ranges_of(data, data.given(), [&data](std::size_t i) -> const Rows& { return data.runs[i].readings; });
+  const States known(own, data);
+  const std::vector<Range>& states = known.ranges();
+  const std::vector<Moments> starts = known.starts();
   const auto scale_of = [](const Range& range) { return static_cast<double>(safe_scale(range.moments.deviation())); };
   Normalisation& read = own.read;
   read.mean.assign(static_cast<std::size_t>(own.reads()), 0.0);
@@ -147,12 +223,12 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   }
   std::vector<double> deviations;
   for (const Range& range : states) deviations.push_back(scale_of(range));
-  const LeftOver left = left_over(own, data);
+  const LeftOver left = left_over(own, data, known);
   for (std::size_t i = 0; i < deviations.size(); ++i) {
     own.scale.push_back(kDrift * deviations[i]);
     const double variance = deviations[i] * deviations[i];
-    own.state_noise.push_back(own.noisy ? kStateOfNoisy * variance
-                                        : std::max(left.states[i], kLeastOfState * variance));
+    own.state_noise.push_back(own.noisy || known.is_unknown(i) ? kStateOfNoisy * variance
+                                                               : std::max(left.states[i], kLeastOfState * variance));
   }
   for (std::size_t j = 0; j < left.outputs.size(); ++j) {
     const double variance = scale_of(readings[j]) * scale_of(readings[j]);

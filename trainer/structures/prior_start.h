@@ -15,6 +15,8 @@ namespace nlo::trainer {
 ///   start         mean and variance of x at the start of segments. Uses the first samples of at least 16 runs if all
 ///                 segments begin there (`whole_runs`), else all samples. The variance is at least 1 % of the variance
 ///                 over all samples, so that a filter that starts again in flight finds the state
+/// Unestimated states that no run has (`start_box`) begin in their box: its middle is the mean, half its width the
+/// deviation. Their state_noise is 1e-4 of their variance.
 /// If training adds noise to the sensors (`noisy`), the runs do not contain this noise. Then state_noise is 1e-4 of the
 /// variance of x, and output_noise is the variance of y.
 /// Throws codegen::Error if the equations have no bound within the range (codegen::check_bounded).
