@@ -174,8 +174,7 @@ TEST_F(Identify, WritesAnExperimentWithAPriorThatTrainsUnchanged) {
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_THAT(found.out, HasSubstr("nlo train out/prior.toml --data " + kPendulumFolder));
   EXPECT_THAT(scratch_.read("out/prior.toml"), HasSubstr("structure = \"prior\""));
-  scratch_.ok({"train", "out/prior.toml", "--data", kPendulumFolder, "-q", "-o", "trained", "--set", "training.steps=0",
-               "--set", "inverse_map.readout=network"});
+  scratch_.ok({"train", "out/prior.toml", "--data", kPendulumFolder, "-q", "-o", "trained"});
   const auto errors = nlohmann::json::parse(
       scratch_.run({"evaluate", "trained/model.json", "--data", kPendulumFolder + "/test.csv", "--json"}).out);
   const nlohmann::json& rate = errors.at(0).at("per_state").at(2);
@@ -202,7 +201,7 @@ TEST_F(Identify, WritesAPriorThatStepsAStateWithoutAColumn) {
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_THAT(scratch_.read("out/prior.toml"), HasSubstr("estimated = [\"angle\", \"rate\"]"));
   scratch_.ok(
-      {"train", "out/prior.toml", "--data", kPendulumFolder, "-q", "-o", "trained", "--set", "training.steps=0"});
+      {"train", "out/prior.toml", "--data", kPendulumFolder, "-q", "-o", "trained", "--set", "observer.units=0"});
   EXPECT_THAT(scratch_.read("trained/model.json"), HasSubstr("\"unestimated\": [\"bend\"]"));
 }
 

@@ -191,13 +191,15 @@ trajectories_per_step = 8
 samples_per_step = 256
 )toml";
 
-TEST(Recipe, ChoosesAPriorIfTheEquationsOfThePlantHold) {
-  // A linear plant with white noise: the Kalman filter from which a prior starts is the best possible estimator.
+TEST(Recipe, ChoosesTheFilterIfTheEquationsOfThePlantHold) {
+  // A linear plant with white noise: the Kalman filter from which a prior starts is the best possible estimator, so
+  // learned corrections cannot lower its error.
   std::vector<std::string> keys = {"simulation.process_noise=[0.0, 0.05]", "training.ema=0.5",
                                    "inverse_map.hidden=[8]"};
   const Recipe recipe = derived(kSpring, keys);
   EXPECT_EQ(recipe.experiment.observer.structure, "prior") << recipe.text;
-  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" is chosen"));
+  EXPECT_THAT(recipe.text, HasSubstr("structure \"filter\" is chosen"));
+  EXPECT_THAT(recipe.experiment.source_text, HasSubstr("\nunits = 0\n"));
   EXPECT_EQ(recipe.experiment.training.ema, 0.5) << "the file gives it";
   EXPECT_EQ(recipe.experiment.inverse_map.hidden, std::vector<int>{8}) << "the file gives it";
 

@@ -106,10 +106,10 @@ class Deriver {
   }
 
   Recipe run() {
-    if (is_filter()) return with_units({period_s_, length_s_, 0.0});
+    if (is_filter()) return with_units({period_s_, length_s_, 0.0}, 0.0);
     const std::vector<Choice> finalists = choose();
     const DataScales scales{period_s_, length_s_, finalists.front().bank.slowest()};
-    if (!is_linear_latent()) return with_units(scales);
+    if (!is_linear_latent()) return with_units(scales, settled_from_s(finalists.front().bank));
     std::vector<Experiment> experiments;
     for (const Choice& choice : finalists) {
       Experiment e = with(choice.bank, choice.reading);
@@ -136,6 +136,9 @@ class Deriver {
 
  private:
   static constexpr int kPilotSteps = 500;
+  /// A more complex observer must lower the error by a tenth. A linear latent system is the fastest to train and simple
+  /// in flight; a filter needs no training.
+  static constexpr double kWorthIt = 0.9;
 
   struct Piloted {
     Experiment experiment;
@@ -146,17 +149,31 @@ class Deriver {
   /// Returns true for a prior without units. No mode of the data decides about it.
   bool is_filter() const { return !is_linear_latent() && for_data_.observer.own.get<UnitSettings>().units == 0; }
 
-  /// Returns the recipe of a draft that names a structure with units.
-  Recipe with_units(const DataScales& scales) const {
+  /// Returns the recipe of a draft that names a structure with units. A prior whose units are left open keeps them if
+  /// they are worth it.
+  ///   settled_from_s  end of the transient [s]; only read if the units are left open
+  Recipe with_units(const DataScales& scales, double settled_from_s) const {
     const TrainableStructure& structure = structure_of(for_data_.observer);
     Experiment e = with_structure(draft_, for_data_, structure, scales);
+    std::string tried;
+    if (structure.has_known_equations() && !given("observer.units")) {
+      const Pilots pilots(base_, data_, validation_, settled_from_s);
+      const Experiment filter = with_structure(draft_, for_data_, structure, scales, false);
+      const double alone = pilots.error(filter, 0), corrected = pilots.error(e, kPilotSteps);
+      tried = fmt::format("         after {} steps its error is {:.3g}, that of the filter alone {:.3g}\n", kPilotSteps,
+                          corrected, alone);
+      if (!(corrected < kWorthIt * alone)) e = filter;
+    }
     const UnitSettings& units = e.observer.own.get<UnitSettings>();
     std::string text = fmt::format("derived  structure \"{}\"", structure.name());
     text += units.units == 0 ? " without units: an extended Kalman filter, tuned on the training data\n"
                              : fmt::format(": {} units, at first with rates from {} to {} 1/s\n", units.units,
                                            shortest_text(units.rates.front()), shortest_text(units.rates.back()));
-    text += fmt::format("         T* {}, {} steps{}; all of it: derived.toml\n", map_text(e.inverse_map),
-                        e.training.steps, data_text(e));
+    text += tried;
+    text += fmt::format(
+        "         {}all of it: derived.toml\n",
+        units.units == 0 ? ""
+                         : fmt::format("T* {}, {} steps{}; ", map_text(e.inverse_map), e.training.steps, data_text(e)));
     if (const std::string reason = misleading_validation(structure, for_data_); !reason.empty())
       text += fmt::format("warning: in flight a prior may be worse than its validation: {}\n", reason);
     return {std::move(e), std::move(text)};
@@ -183,30 +200,31 @@ class Deriver {
   /// not tried.
   Piloted best_structure(const Piloted& linear, const std::vector<Rival>& rivals, const Pilots& pilots,
                          std::string& told) const {
-    constexpr double kWorthIt = 0.9;  // a linear latent system is the fastest to train, and simple in flight
     Piloted best = linear;
     std::string not_tried;
-    const auto tell_not_tried = [&not_tried](const std::string& name, std::string_view reason) {
-      not_tried += fmt::format("\n         structure \"{}\" was not tried: {}", name, reason);
+    const auto tell_not_tried = [&not_tried](const Rival& rival, std::string_view reason) {
+      const std::string line =
+          fmt::format("\n         structure \"{}\" was not tried: {}", rival.experiment.observer.structure, reason);
+      if (!not_tried.ends_with(line)) not_tried += line;  // the filter and the prior have the same reason
     };
     for (const Rival& rival : rivals) {
-      const std::string& name = rival.experiment.observer.structure;
       if (!rival.not_tried.empty()) {
-        tell_not_tried(name, rival.not_tried);
+        tell_not_tried(rival, rival.not_tried);
         continue;
       }
       try {
         const double error =
             pilots.error(rival.experiment, std::min(kPilotSteps, rival.experiment.training.steps / 10));
-        told += fmt::format(", {} {:.3g}", name, error);
-        if (error < std::min(kWorthIt * linear.error, best.error)) best = {rival.experiment, error};
+        told += fmt::format(", {} {:.3g}", rival_name(rival.experiment), error);
+        const bool corrects_best = rival.experiment.observer.structure == best.experiment.observer.structure;
+        const double least = std::min(kWorthIt * linear.error, corrects_best ? kWorthIt * best.error : best.error);
+        if (error < least) best = {rival.experiment, error};
       } catch (const codegen::Error& reason) {
-        tell_not_tried(name, reason.what());
+        tell_not_tried(rival, reason.what());
       }
     }
-    const std::string& structure = best.experiment.observer.structure;
-    if (structure != linear.experiment.observer.structure)
-      told += fmt::format(": structure \"{}\" is chosen", structure);
+    if (best.experiment.observer.structure != linear.experiment.observer.structure)
+      told += fmt::format(": structure \"{}\" is chosen", rival_name(best.experiment));
     told += not_tried;
     return best;
   }

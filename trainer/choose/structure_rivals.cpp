@@ -32,14 +32,17 @@ bool simulates_an_exact_plant(const Experiment& e) {
   return !e.log && e.plant && e.plant->parameter_ranges.empty() && e.simulation.process_noise.empty();
 }
 
-/// A structure with known equations starts as a tuned filter, so it has little to learn and needs small steps.
+/// A structure with known equations starts as a tuned filter, so it has little to learn and needs small steps. Logs are
+/// few, so its corrections are kept small there by weight decay.
 struct Effort {
   int units, steps;
-  double learning_rate;
+  double learning_rate, weight_decay, ridge;
 };
 
-Effort effort_of(const TrainableStructure& structure) {
-  return structure.has_known_equations() ? Effort{16, 1500, 2e-3} : Effort{32, 6000, 1e-2};
+Effort effort_of(const TrainableStructure& structure, const Experiment& base) {
+  const double decay = base.training.weight_decay, ridge = base.inverse_map.ridge;
+  if (!structure.has_known_equations()) return {32, 6000, 1e-2, decay, ridge};
+  return base.log ? Effort{16, 1500, 2e-3, 0.1, 1e-2} : Effort{16, 1500, 2e-3, decay, ridge};
 }
 
 }  // namespace
@@ -51,7 +54,7 @@ Experiment checked(const Experiment& derived, const Experiment& base) {
 }
 
 Experiment with_structure(const DraftExperiment& draft, const Experiment& base, const TrainableStructure& structure,
-                          const DataScales& scales) {
+                          const DataScales& scales, bool has_units) {
   const auto set = [&draft](const char* key, auto& value, auto derived) {
     if (!draft.given.has(key)) value = std::move(derived);
   };
@@ -63,11 +66,18 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
   if (base.observer.structure == structure.name()) e.observer = base.observer;
   const InverseMapConfig usual_map = std::exchange(e.inverse_map, base.inverse_map);
   const TrainingConfig usual_training = std::exchange(e.training, base.training);
-  const Effort effort = effort_of(structure);
+  const Effort effort = effort_of(structure, base);
   UnitSettings& units = e.observer.own.set<UnitSettings>();
-  set("observer.units", units.units, effort.units);
+  set("observer.units", units.units, has_units ? effort.units : 0);
   set("loss.scale", e.loss.scale, ErrorScale::kNormalised);
   TrainingConfig& t = e.training;
+  // Logs are few, so a filter is also tuned on starts within them.
+  const bool starts_within_logs = base.log && structure.has_known_equations();
+  const double longest = starts_within_logs ? std::clamp(samples / 4.0, 300.0, kLongest) : kLongest;
+  if (samples > 2.0 * longest && t.transient == Transient::kKeep && (units.units > 0 || starts_within_logs)) {
+    set("training.segment_s", t.segment_s, rounded(longest * period_s));
+    set("training.first_share", t.first_share, 0.5);
+  }
   if (units.units == 0) {
     // A filter: T* passes on its state, and there is nothing to train.
     set("inverse_map.hidden", e.inverse_map.hidden, std::vector<int>{});
@@ -81,19 +91,22 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
   set("inverse_map.hidden", e.inverse_map.hidden, usual_map.hidden);
   set("inverse_map.linear_path", e.inverse_map.linear_path, usual_map.linear_path);
   set("training.steps", t.steps, effort.steps);
-  set("training.trajectories_per_step", t.trajectories_per_step, 32);
+  set("training.trajectories_per_step", t.trajectories_per_step, starts_within_logs ? 16 : 32);
   set("training.samples_per_step", t.samples_per_step,
-      static_cast<int>(std::min(samples, kLongest) * t.trajectories_per_step));
-  if (samples > 2.0 * kLongest && t.transient == Transient::kKeep) {
-    set("training.segment_s", t.segment_s, kLongest * period_s);
-    set("training.first_share", t.first_share, 0.5);
-  }
+      static_cast<int>(std::min(samples, longest) * t.trajectories_per_step));
+  set("inverse_map.ridge", e.inverse_map.ridge, effort.ridge);
   set("training.learning_rate", t.learning_rate, effort.learning_rate);
+  set("training.weight_decay", t.weight_decay, effort.weight_decay);
   set("training.schedule", t.schedule, std::string("cosine"));
   set("training.gradient_clip", t.gradient_clip, usual_training.gradient_clip);
   set("training.ema", t.ema, 0.998);
   set("training.validate_every", t.validate_every, std::clamp(t.steps / 12, 1, 500));
   return checked(e, base);
+}
+
+std::string rival_name(const Experiment& experiment) {
+  const ObserverConfig& o = experiment.observer;
+  return structure_of(o).has_known_equations() && o.own.get<UnitSettings>().units == 0 ? "filter" : o.structure;
 }
 
 std::string misleading_validation(const TrainableStructure& structure, const Experiment& base) {
@@ -117,7 +130,10 @@ std::vector<Rival> structure_rivals(const DraftExperiment& draft, const Experime
     if (structure->name() == base.observer.structure) continue;
     if (structure->learns_to_average_noise() && simulates_without_noise(base)) continue;
     try {
-      rivals.push_back({with_structure(draft, base, *structure, scales), misleading_validation(*structure, base)});
+      const std::string misleads = misleading_validation(*structure, base);
+      if (structure->has_known_equations() && misleads.empty())
+        rivals.push_back({with_structure(draft, base, *structure, scales, false), misleads});
+      rivals.push_back({with_structure(draft, base, *structure, scales), misleads});
     } catch (const codegen::Error&) {
       continue;  // the structure does not fit
     }

@@ -26,8 +26,12 @@ Experiment checked(const Experiment& derived, const Experiment& base);
 /// Turns `base`, the draft with the keys that determine its data, into an experiment with this structure. Keys of the
 /// draft keep their values; keys of [observer] do so if the draft names this structure. Throws codegen::Error if the
 /// structure does not fit.
+///   has_units  false: a prior is the tuned filter alone, if the draft leaves `units` open
 Experiment with_structure(const DraftExperiment& draft, const Experiment& base, const TrainableStructure& structure,
-                          const DataScales& scales);
+                          const DataScales& scales, bool has_units = true);
+
+/// Returns the name of the experiment's structure for the user; "filter" for a prior without units.
+std::string rival_name(const Experiment& experiment);
 
 /// Returns the reason why an observer of this structure is not as good in flight as its validation says, with the
 /// remedy; empty if there is none.
@@ -38,7 +42,7 @@ struct Rival {
   std::string not_tried;  ///< reason why its short training would mislead, with the remedy; empty: it may be tried
 };
 
-/// Returns with_structure() for each structure that fits. It leaves out
+/// Returns with_structure() for each structure that fits; for a prior, before it, the filter alone. It leaves out
 ///   - all structures, if the draft chooses the structure or gives a key of [observer] that only a linear latent system
 ///     has
 ///   - gated units, if a plant is simulated without noise: they lose accuracy to keep noise out

@@ -35,9 +35,8 @@ std::string describe_keys() {
   return text + "\n";
 }
 
-}  // namespace
-
-std::string format_experiment(const Experiment& experiment) {
+/// Returns the keys without a section, and the sections of the plant and the logs.
+std::string format_data(const Experiment& experiment) {
   Experiment head = experiment;
   head.threads = 0;
   std::string text = format_keys(head, "");
@@ -59,13 +58,11 @@ std::string format_experiment(const Experiment& experiment) {
     text += format_keys(experiment.log->velocity_filter, "[log.velocity_filter]");
     for (const ColumnConfig& column : experiment.log->columns) text += format_keys(column, "[[log.columns]]");
   }
-  const TrainableStructure& structure = structure_of(experiment.observer);
-  text += format_keys(experiment.observer, "[observer]");
-  if (structure.has_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");
-  if (structure.has_inverse_map()) text += format_keys(experiment.inverse_map, "[inverse_map]");
-  if (uses_forward_map(experiment)) text += format_keys(experiment.forward_map, "[forward_map]");
-  text += format_keys(experiment.loss, "[loss]");
-  text += format_keys(experiment.training, "[training]");
+  return text;
+}
+
+std::string format_judging(const Experiment& experiment) {
+  std::string text;
   if (const ValidationConfig& validation = experiment.validation;
       experiment.log && (!validation.groups.empty() || validation.folds != ValidationConfig{}.folds))
     text += format_keys(validation, "[validation]");
@@ -73,6 +70,27 @@ std::string format_experiment(const Experiment& experiment) {
       !evaluation.windows.empty() || evaluation.settling_window_s > 0.0)
     text += format_keys(evaluation, "[evaluation]");
   return text;
+}
+
+}  // namespace
+
+std::string format_experiment(const Experiment& experiment) {
+  std::string text = format_data(experiment);
+  const TrainableStructure& structure = structure_of(experiment.observer);
+  text += format_keys(experiment.observer, "[observer]");
+  if (structure.has_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");
+  if (structure.has_inverse_map()) text += format_keys(experiment.inverse_map, "[inverse_map]");
+  if (uses_forward_map(experiment)) text += format_keys(experiment.forward_map, "[forward_map]");
+  text += format_keys(experiment.loss, "[loss]");
+  text += format_keys(experiment.training, "[training]");
+  return text + format_judging(experiment);
+}
+
+std::string format_draft(const Experiment& experiment) {
+  const ObserverConfig& o = experiment.observer;
+  std::string text = format_data(experiment) + fmt::format("\n[observer]\nstructure = \"{}\"\n", o.structure);
+  if (o.input_hold != ObserverConfig{}.input_hold) text += fmt::format("input_hold = \"{}\"\n", to_name(o.input_hold));
+  return text + format_judging(experiment);
 }
 
 std::string describe_experiment_keys() {

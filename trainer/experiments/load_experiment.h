@@ -50,6 +50,10 @@ LogConfig read_log_columns(const std::string& path);
 /// `threads` is left out, because it does not affect the result.
 std::string format_experiment(const Experiment& experiment);
 
+/// Returns a draft of the experiment: its data, its structure, how inputs act, and its evaluation. A recipe derives the
+/// other keys.
+std::string format_draft(const Experiment& experiment);
+
 /// Returns a text for users with every key of an experiment file, its type, default and meaning.
 std::string describe_experiment_keys();
 

@@ -8,16 +8,12 @@
 #include <vector>
 
 #include "codegen/base/error.h"
-#include "trainer/base/draws.h"
 #include "trainer/base/number_text.h"
-#include "trainer/base/quantile.h"
 #include "trainer/data/log_column.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/known_equations.h"
 #include "trainer/structures/structure.h"
-#include "trainer/structures/structure_table.h"
-#include "trainer/structures/unit_settings.h"
 
 namespace nlo::trainer {
 namespace {
@@ -168,25 +164,6 @@ void check_equations(const PlantConfig& plant, const LogConfig& log) {
   codegen::Equations(known.texts, known.states, known.inputs);
 }
 
-/// Settings as for observers of gated units, with segments as long as those that a recipe gives to logs.
-void set_training(Experiment& e, const Dataset& training) {
-  constexpr double kShareOfALog = 0.25, kLeastPeriods = 300.0, kMostPeriods = 1000.0;
-  std::vector<double> lengths;
-  for (const Trajectory& run : training.trajectories) lengths.push_back(run.time_s(run.samples() - 1) - run.time_s(0));
-  const double length_s = kShareOfALog * value_at_rank(lengths, 0.5), period_s = training.sample_period_s;
-  structure_of(e.observer).adopt(e, period_s);
-  e.observer.own.set<UnitSettings>().units = 24;
-  e.inverse_map.ridge = 1e-2;
-  e.loss.scale = ErrorScale::kNormalised;
-  TrainingConfig& t = e.training;
-  t.steps = 1500;
-  t.samples_per_step = 2048;
-  t.segment_s = rounded(std::clamp(length_s, kLeastPeriods * period_s, kMostPeriods * period_s));
-  t.learning_rate = 5e-3;
-  t.weight_decay = 0.1;
-  t.ema = 0.998;
-}
-
 }  // namespace
 
 std::string prior_experiment(const Identification& identification, const Eigen::VectorXd& parameters,
@@ -211,10 +188,8 @@ std::string prior_experiment(const Identification& identification, const Eigen::
   }
   e.observer.structure = "prior";
   e.observer.input_hold = identify.input_hold;
-  const Dataset training = load_logs(*e.log, directory, e.log->train_files);
-  set_training(e, training);
-  const std::string text = format_experiment(e);
-  check_start(parse_experiment(text, "the experiment"), training);
+  const std::string text = format_draft(e);
+  check_start(parse_draft(text, "the experiment").experiment, load_logs(*e.log, directory, e.log->train_files));
   return text;
 }
 

@@ -83,9 +83,10 @@ std::string write_prior(const std::string& file, const Identification& identific
   std::string train = fmt::format("nlo train {}", shell_word(file));
   if (!arguments.data.empty()) train += fmt::format(" --data {}", shell_word(arguments.data));
   text = fmt::format(
-      "# An observer that steps the equations of the identification \"{}\". Its training begins as a Kalman filter "
-      "that\n"
-      "# is tuned on the training logs, and learns to correct it. Written by nlo identify.\n{}",
+      "# An observer that steps the equations of the identification \"{}\": a Kalman filter that is tuned on the\n"
+      "# training logs. nlo train lets it learn corrections if the errors on left-out logs are then smaller by a "
+      "tenth;\n"
+      "# `units = 0` in [observer] keeps the filter, `units = 16` the corrections. Written by nlo identify.\n{}",
       identification.name, text);
   std::error_code ignored;
   if (!arguments.force && std::filesystem::exists(file, ignored) && codegen::read_file(file) != text)
