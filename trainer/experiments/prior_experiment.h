@@ -11,9 +11,9 @@
 namespace nlo::trainer {
 
 /// Returns the text of a checked draft: the plant with its identified parameters and the logs of the identification. A
-/// recipe derives the rest, among it whether the filter alone is better than one with learned corrections. An angle becomes its sine and cosine. An output that has the name of a state gets
-/// the name NAME_measured, and the state a column with the same heading. A state that no column holds is stepped, and
-/// not estimated.
+/// recipe derives the rest, among it whether the filter alone is better than one with learned corrections. An angle
+/// becomes its sine and cosine. An output that has the name of a state gets the name NAME_measured, and the state a
+/// column with the same heading. A state that no column holds is stepped, and not estimated.
 ///   parameters  n_p, in the order of the plant's
 ///   directory   where the logs are; the training logs are read, because the bounds depend on them
 /// Throws codegen::Error with the reason if the plant has no such observer: no column for any state, an angle that is
