@@ -49,7 +49,6 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   add(derivative, texts.derivative, "derivative");
   append_covariance(derivative);
   derivative_ = SharedExpressions(derivative, static_cast<int>(names.size()));
-  for (int j = 0; j < nu_; ++j) names[static_cast<std::size_t>(first_input() + j)] = "";  // an output only depends on x
   add(output, texts.outputs, "outputs");
   for (int j = 0; j < ny_; ++j)
     for (int i = 0; i < nx_; ++i)
@@ -71,6 +70,16 @@ void Equations::append_covariance(std::vector<Expression>& derivative) const {
       rows.push_back(expression_of(i == j ? product(number_nodes(2.0), carried_by(i, i))
                                           : sum(carried_by(i, j), carried_by(j, i))));
   derivative.insert(derivative.end(), rows.begin(), rows.end());
+}
+
+bool Equations::outputs_read_inputs() const {
+  const auto reads_input = [this](const Expression& expression) {
+    return std::ranges::any_of(expression.nodes(), [this](const Expression::Node& node) {
+      return node.kind == Expression::Kind::kReading && node.reading >= first_input() &&
+             node.reading < first_parameter();
+    });
+  };
+  return std::ranges::any_of(output_.parts, reads_input) || std::ranges::any_of(output_.rows, reads_input);
 }
 
 int Equations::count(int (Expression::*of)() const) const {
@@ -105,7 +114,7 @@ void check_bounded(const Equations& equations, std::vector<Interval> x, const st
     for (std::size_t i = 0; i < all.size(); ++i) i < n ? check(all[i], first, i) : check(all[i], others, i - n);
   };
   std::vector<Interval> y(static_cast<std::size_t>(equations.ny() * (1 + equations.nx())));
-  equations.output(x.data(), y.data());
+  equations.output(x.data(), u.data(), y.data());
   check_all(y, "outputs", equations.ny(), "slopes");
   std::vector<Interval> slope(x.size());
   equations.derivative(x.data(), u.data(), slope.data());

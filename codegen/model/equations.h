@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions, from which an observer's prior is
+// The known equations of a plant, dx/dt = f(x, u) and y = h(x, u), by expressions, from which an observer's prior is
 // made. The same text is evaluated in all arithmetics: double, float, lanes side by side
 // (trainer/structures/equation_tape.h), and intervals.
 #pragma once
@@ -63,10 +63,13 @@ class Equations {
   int first_parameter() const { return carried() + nu_; }
   int first_part() const { return first_parameter() + static_cast<int>(parameters_.size()); }
 
-  /// Expressions of y (n_y), then of the slopes dh/dx (n_y x n_x) row by row, from x (n_x).
+  /// Returns true if an output depends on an input.
+  bool outputs_read_inputs() const;
+
+  /// Computes y (n_y), then the slopes dh/dx (n_y x n_x) row by row, from x (n_x) and u (n_u).
   template <class Value>
-  void output(const Value* x, Value* y) const {
-    output_.evaluate(readings<Value>(x, nullptr), y);
+  void output(const Value* x, const Value* u, Value* y) const {
+    output_.evaluate(readings<Value>(x, u), y);
   }
   /// Computes d[x; p]/dt from [x; p] and u (n_u).
   template <class Value>

@@ -85,7 +85,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried();
     Matrix nu(ny, z.cols());
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
-      const Vector expected = expected_at(z.col(b).tail(carried));
+      const Vector expected = expected_at(z.col(b).tail(carried), readings.col(b));
       for (Eigen::Index j = 0; j < ny; ++j)
         nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j) : Scalar(0);
     }
@@ -93,7 +93,8 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
                                   : Corrections{Matrix::Zero(nx, z.cols()), Matrix::Zero(nx + ny, z.cols())};
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       Vector x = z.col(b).tail(carried);
-      const Vector change = filtered(x, nu.col(b), by.noise.col(b), arrived, periods);
+      const Vector expected = expected_at(x, readings.col(b));
+      const Vector change = filtered(x, expected, nu.col(b), by.noise.col(b), arrived, periods);
       x.head(nx) += change + by.state.col(b);
       keep_within(x);
       z.col(b).tail(carried) = x;
@@ -117,16 +118,17 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     return {state, gain.bottomRows(nx + ny)};
   }
 
-  /// Returns y and its slopes.
-  Vector expected_at(const Vector& x) const {
+  /// Returns y and its slopes. readings: the measured outputs, then the inputs.
+  Vector expected_at(const Vector& x, const Vector& readings) const {
     Vector expected(equations_.ny() * (1 + equations_.nx()));
-    equations_.output(x.data(), expected.data());
+    equations_.output(x.data(), readings.data() + equations_.ny(), expected.data());
     return expected;
   }
 
   /// Returns the correction that an extended Kalman filter's measurement adds to x, and updates the covariance in x.
-  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, const std::vector<bool>* arrived,
-                  Scalar periods) const {
+  ///   expected  y and its slopes at x
+  Vector filtered(Vector& x, const Vector& expected, const Vector& nu, const Vector& logarithms,
+                  const std::vector<bool>* arrived, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny();
     const auto noise = [&](const Eigen::VectorXd& unit, Eigen::Index at, Eigen::Index row) {
       return static_cast<Scalar>(unit(at)) * std::exp(std::clamp(logarithms(row), Scalar(-16), Scalar(16)));
@@ -138,7 +140,6 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     for (Eigen::Index i = 0; i < nx; ++i)
       for (Eigen::Index j = 0; j < nx; ++j) p(i, j) = element(i, j);
     for (Eigen::Index i = 0; i < nx; ++i) p(i, i) += periods * noise(own_.state_noise, i, i);
-    const Vector expected = expected_at(x);
     Vector change = Vector::Zero(nx);
     for (Eigen::Index j = 0; j < ny; ++j) {
       if (!has_arrived(arrived, j)) continue;

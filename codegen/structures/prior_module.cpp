@@ -84,7 +84,10 @@ class PriorHeader final : public CppStructureBase {
     function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar,
                          nz_ - units_),
              lines.derivative());
-    function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + stepped_)), lines.output());
+    function(
+        fmt::format("output(const {0}* x, {1}{0} (&y)[{2}])", scalar,
+                    equations_.outputs_read_inputs() ? fmt::format("const {}* u, ", scalar) : "", ny_ * (1 + stepped_)),
+        lines.output());
     return text + "};\n";
   }
   std::string model_type() const override {
@@ -367,6 +370,7 @@ class PriorModule final : public StructureModule {
         {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
         {"DERIVATIVE", lines.derivative()},
         {"OUTPUT", lines.output()},
+        {"OUTPUT_READS_INPUTS", equations.outputs_read_inputs() ? "true" : ""},
         {"FUNCTIONS", c99_functions(functions, init)},
         {"STATE_MIN", init.vector(own.state_min, "state_min")},
         {"STATE_MAX", init.vector(own.state_max, "state_max")},

@@ -122,7 +122,7 @@ TEST(ExpressionPlant, RefusesAnInputWithoutEffect) {
   EXPECT_THAT(error_of(config), HasSubstr("the input \"idle\" has no effect"));
   config = curved_by_expressions();
   config.outputs = {"p + angle"};
-  EXPECT_THAT(error_of(config), HasSubstr("an output is a function of the state alone"));
+  EXPECT_THAT(error_of(config), HasSubstr("an output of a simulated plant is a function of the state alone"));
 }
 
 TEST(ExpressionPlant, NamesItsChannels) {

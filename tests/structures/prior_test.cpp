@@ -127,6 +127,12 @@ TEST(PriorLanes, GradientsThroughTimeAgreeWithFiniteDifferences) {
     }
 }
 
+TEST(PriorLanes, GradientsIncludeAnOutputThatDependsOnAnInput) {
+  PriorProblem problem(33, true, 30.0, true,
+                       {{"x2", "mu * (1 - x1^2) * x2 - x1 + u"}, {"x1 + x2 / 4 + 0.5 * u * x1"}, {{"mu", 1.1}}});
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above";
+}
+
 TEST(PriorLanes, GradientsIncludeFunctionsAndQuotients) {
   const codegen::EquationTexts equations = {
       {"x2 / (2 + cos(x1)^2) + atan(u)", "-sin(x1) - tanh(x2 / 2) - x2 * abs(x2) / 4 + exp(-x1^2) * u + sign(u) / 9"},
@@ -309,6 +315,34 @@ TEST(Prior, StepsTheEquationsInTrainingOnLogs) {
   EXPECT_NE(refused(kLogged, "output_names = [\"y\"]", "output_names = [\"x\"]").find("[plant]"), std::string::npos);
   EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("the input \"w\""), std::string::npos)
       << "simulated runs need every input";
+}
+
+// The sensor also measures half of the input. A filter that did not know this would estimate v with this error.
+TEST(Prior, PredictsAnOutputThatDependsOnAnInput) {
+  Dataset logs = driven_logs(0.0);
+  for (Trajectory& run : logs.trajectories) run.outputs += 0.5 * run.inputs.row(1);
+  std::string text = kLogged;
+  const std::string from = "outputs = [\"v\"]", units = "units = 4";
+  text.replace(text.find(units), units.size(), "units = 0");
+  const auto rmse = [&](const std::string& output) {
+    std::string changed = text;
+    changed.replace(changed.find(from), from.size(), "outputs = [\"" + output + "\"]");
+    Experiment experiment = parse_experiment(changed, "prior.toml");
+    experiment.threads = 1;
+    const TrainingResult result = train(experiment, logs, logs, {});
+    EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, logs), 1e-3 * result.validation_rmse)
+        << "training equals flight, as above";
+    return result.validation_rmse;
+  };
+  const double known = rmse("v + 0.5 * a");
+  EXPECT_LT(known, 0.12) << "as above, where no input acts on the sensor";
+  EXPECT_GT(rmse("v"), 1.5 * known) << "control";
+  std::string simulated = text;
+  simulated.replace(simulated.find(from), from.size(), "outputs = [\"v + 0.5 * a\"]");
+  const std::string share = "share = 0.0";
+  simulated.replace(simulated.find(share), share.size(), "share = 0.2");
+  EXPECT_NE(thrown_message([&] { parse_experiment(simulated, "prior.toml"); }).find("a function of the state alone"),
+            std::string::npos);
 }
 
 TEST(Prior, StepsAStateThatTheLogsDoNotHave) {

@@ -27,6 +27,7 @@ struct PlantConfig {
                                         ///< input_field
   std::vector<std::string> output_names;
   std::vector<std::string> outputs;  ///< y = h(x), one expression per output
+  bool outputs_read_inputs = false;  ///< the equations only step an observer beside logs, so y = h(x, u)
   /// Full turns of angles, in their units; 0: not an angle. An empty list: no angles.
   std::vector<double> state_wraps, output_wraps;
   std::vector<Encoding> state_encodings, output_encodings;  ///< encodings of angles; empty: unwrapped

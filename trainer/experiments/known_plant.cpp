@@ -56,6 +56,7 @@ MatrixXd rows(const MatrixXd& of, const std::vector<Index>& chosen) {
 Experiment on_known_plant(const Experiment& experiment) {
   Experiment alone = experiment;
   alone.plant = experiment.known->plant;
+  alone.plant->outputs_read_inputs = experiment.known->simulation.share == 0.0;
   alone.simulation = experiment.known->simulation;
   alone.excitation = experiment.known->excitation;
   alone.known.reset();

@@ -17,8 +17,7 @@ namespace nlo::trainer {
 ///   parameters  n_p, in the order of the plant's
 ///   directory   where the logs are; the training logs are read, because the bounds depend on them
 /// Throws codegen::Error with the reason if the plant has no such observer: no column for any state, an angle that is
-/// not in radians, an output that is a function of an input, a function without a derivative, a divisor whose bounds
-/// contain 0 on these logs.
+/// not in radians, a function without a derivative, a divisor whose bounds contain 0 on these logs.
 std::string prior_experiment(const Identification& identification, const Eigen::VectorXd& parameters,
                              const std::string& directory);
 

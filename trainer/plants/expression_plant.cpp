@@ -153,16 +153,19 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
       std::make_unique<Formulas>(config, names_inputs ? config.inputs : std::vector<std::string>(), elsewhere);
   for (std::size_t i = 0; i < config.derivative.size(); ++i)
     derivative_->add(config.derivative[i], "derivative", fmt::format("[{}]", i));
+  output_ = std::make_unique<Formulas>(
+      config, config.outputs_read_inputs ? config.inputs : std::vector<std::string>(),
+      config.inputs.empty() ? ""
+                            : "; an output of a simulated plant is a function of the state alone; beside logs and with "
+                              "[simulation] share = 0 it may depend on inputs");
+  for (std::size_t i = 0; i < config.outputs.size(); ++i)
+    output_->add(config.outputs[i], "outputs", fmt::format("[{}]", i));
   for (const std::string& input : config.inputs)
-    if (names_inputs && !derivative_->uses(input))
+    if (names_inputs && !derivative_->uses(input) && !output_->uses(input))
       throw KeyError("plant.inputs",
                      fmt::format("[plant] the input \"{}\" has no effect; name it in a derivative expression, or give "
                                  "input_field, a row for each state and in it an expression for each input",
                                  input));
-  output_ = std::make_unique<Formulas>(config, std::vector<std::string>(),
-                                       config.inputs.empty() ? "" : "; an output is a function of the state alone");
-  for (std::size_t i = 0; i < config.outputs.size(); ++i)
-    output_->add(config.outputs[i], "outputs", fmt::format("[{}]", i));
   for (std::size_t j = 0; j < config.inputs.size() && !names_inputs; ++j) {
     input_fields_.push_back(std::make_unique<Formulas>(config, std::vector<std::string>(),
                                                        "; an input field is a function of the state alone"));

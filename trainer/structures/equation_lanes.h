@@ -29,7 +29,8 @@ class EquationLanes {
 
   /// Returns the size of the memory of a step, which its pullback reads.
   int step_size() const { return static_cast<int>(kParts.size()) * derivative_.size(); }
-  /// Returns the size of the memory of an output, which its pullback reads. It begins with [x; p].
+  /// Returns the size of the memory of an output, which its pullback reads. It begins with [x; p]
+  /// and u.
   int output_size() const { return output_.size(); }
 
   /// Advances [x; p] by `h` seconds, in place, by one step of RK4.
@@ -70,7 +71,7 @@ class EquationLanes {
     }
   }
 
-  /// Evaluates y and dh/dx from x, which is at the start of `values`.
+  /// Evaluates y and dh/dx from [x; p] and u, which are at the start of `values`.
   void output(L* values) const { output_.evaluate(values); }
   /// Returns y_j after output().
   L output(const L* values, int j) const { return output_.row(values, j); }

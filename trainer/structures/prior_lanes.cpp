@@ -165,6 +165,7 @@ void PriorLanes<Scalar>::make_readings(int time) {
     prior[i] = time == 0 ? in_lanes<L>(setting_.start[static_cast<std::size_t>(i)]) : simd::load<L>(x(i, time - 1));
   if (time > 0) predict(prior, time, sample);
   for (int i = 0; i < nx; ++i) simd::store(w(prior_row() + i, time), prior[i]);
+  for (int j = 0; j < setting_.inputs; ++j) prior[setting_.carried() + j] = reading(3 * ny + j, time);
   equations_.output(prior);
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);

@@ -154,9 +154,12 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data, const Stat
     const TrainingData::Run& run = data.runs[of];
     for (int k = 0; k < run.samples; ++k) {
       if (sample++ % every != 0 || run.weight[static_cast<std::size_t>(k)] == 0.0F) continue;
-      std::vector<double> x(static_cast<std::size_t>(own.carried())), y(ny * (1 + nx));
+      std::vector<double> x(static_cast<std::size_t>(own.carried())), y(ny * (1 + nx)), u;
       for (std::size_t i = 0; i < nx; ++i) x[i] = known.at(of, i, k);
-      own.equations.output(x.data(), y.data());
+      for (int j = 0; j < own.inputs; ++j)
+        u.push_back(static_cast<double>(
+            run.readings[static_cast<std::size_t>((own.ny() + j) * run.samples) + static_cast<std::size_t>(k)]));
+      own.equations.output(x.data(), u.data(), y.data());
       for (std::size_t j = 0; j < ny; ++j)
         add(outputs[j],
             static_cast<double>(run.readings[j * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]) -

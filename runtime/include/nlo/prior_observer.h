@@ -2,7 +2,7 @@
 // The observer with a prior: an extended Kalman filter with the known equations of the plant, and learned gated units
 // that set its noise variances and correct its estimate.
 //   x-  = one RK4 step of dx/dt = f(x, u) from x         the prior; P- likewise by dP/dt = F P + P F', F = df/dx
-//   nu  = y - h(x-)                                      the innovation; 0 for an output that has not arrived
+//   nu  = y - h(x-, u)                                   the innovation; 0 for an output that has not arrived
 //   w   = [s(nu, fine); s(nu, coarse); y; u; x-]         s(v, c) = v / (c + |v|), between -1 and 1
 //   m   states of gated units (gated_observer.h) that read w instead of y
 //   [K; b; c_q; c_r] = correction([m; w])
@@ -43,9 +43,9 @@ struct NoUnits {
 };
 
 /// The constants of an observer. A generated header defines them: `inline constexpr Model kModel`.
-///   Equations  derivative(x, u, dx) computes d[x; p]/dt. output(x, y) writes the n_y outputs and then dh/dx row by
-///              row. Each operation is rounded by itself, so that the bits are the same
-///              on every target
+///   Equations  derivative(x, u, dx) computes d[x; p]/dt. output(x, y), or output(x, u, y) if an output depends on an
+///              input, writes the n_y outputs and then dh/dx row by row. Each operation is rounded by itself, so that
+///              the bits are the same on every target
 template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
           class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
 struct PriorModel {
@@ -171,7 +171,10 @@ struct PriorModel {
   void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Vector<bool, kNy>& arrived, Scalar periods) const {
     Scalar expected[kNy * (1 + kStates)], nu[kNy], q[kStates], r[kNy], change[kStates]{}, learned[kStates]{};
     Scalar *const x = &z[kUnits], *const p = x + kStates;
-    Equations::output(x, expected);
+    if constexpr (requires { Equations::output(x, &y[0], expected); })
+      Equations::output(x, &y[kNy], expected);
+    else
+      Equations::output(x, expected);
     for (int j = 0; j < kNy; ++j) nu[j] = select<kArithmetic>(arrived[j], y[j] - expected[j], Scalar(0));
     for (int i = 0; i < kStates; ++i) q[i] = state_noise[i];
     for (int j = 0; j < kNy; ++j) r[j] = output_noise[j];
