@@ -83,18 +83,17 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
   /// Turns z = [m; x-; p-] into [m; x; p], column by column.
   void correct(Matrix& z, const Matrix& readings, const std::vector<bool>* arrived, Scalar periods) const {
     const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried();
-    Matrix nu(ny, z.cols());
+    Matrix nu(ny, z.cols()), expected(ny * (1 + nx), z.cols());
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
-      const Vector expected = expected_at(z.col(b).tail(carried), readings.col(b));
+      expected.col(b) = expected_at(z.col(b).tail(carried), readings.col(b));
       for (Eigen::Index j = 0; j < ny; ++j)
-        nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j) : Scalar(0);
+        nu(j, b) = has_arrived(arrived, j) ? readings(j, b) - expected(j, b) : Scalar(0);
     }
     const Corrections by = units_ ? learned(z, readings, nu, periods)
                                   : Corrections{Matrix::Zero(nx, z.cols()), Matrix::Zero(nx + ny, z.cols())};
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       Vector x = z.col(b).tail(carried);
-      const Vector expected = expected_at(x, readings.col(b));
-      const Vector change = filtered(x, expected, nu.col(b), by.noise.col(b), arrived, periods);
+      const Vector change = filtered(x, expected.col(b), nu.col(b), by.noise.col(b), arrived, periods);
       x.head(nx) += change + by.state.col(b);
       keep_within(x);
       z.col(b).tail(carried) = x;

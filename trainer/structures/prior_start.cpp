@@ -107,11 +107,14 @@ class States {
   /// Returns mean and variance of each state at the start of segments (prior_start.h).
   std::vector<Moments> starts() const {
     constexpr std::size_t kEnough = 16;  // runs
-    const auto estimated = static_cast<std::size_t>(own_.estimated());
     std::vector<Moments> starts;
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      starts.push_back(logged_ && i >= estimated ? of_box(i - estimated).moments : ranges_[i].moments);
-      if (!own_.whole_runs || data_.runs.size() < kEnough || (logged_ && i >= estimated)) continue;
+      if (is_unknown(i)) {
+        starts.push_back(of_box(i - static_cast<std::size_t>(own_.estimated())).moments);
+        continue;
+      }
+      starts.push_back(ranges_[i].moments);
+      if (!own_.whole_runs || data_.runs.size() < kEnough) continue;
       starts[i] = {};
       for (std::size_t run = 0; run < data_.runs.size(); ++run) starts[i].add(at(run, i, 0), 1.0);
     }
@@ -152,18 +155,17 @@ LeftOver left_over(const PriorSetting& own, const TrainingData& data, const Stat
   const std::ptrdiff_t every = 1 + all / kEnough;
   for (std::size_t of = 0; of < data.runs.size(); ++of) {
     const TrainingData::Run& run = data.runs[of];
+    const auto reading = [&run](std::size_t row, int k) {
+      return static_cast<double>(
+          run.readings[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]);
+    };
     for (int k = 0; k < run.samples; ++k) {
       if (sample++ % every != 0 || run.weight[static_cast<std::size_t>(k)] == 0.0F) continue;
       std::vector<double> x(static_cast<std::size_t>(own.carried())), y(ny * (1 + nx)), u;
       for (std::size_t i = 0; i < nx; ++i) x[i] = known.at(of, i, k);
-      for (int j = 0; j < own.inputs; ++j)
-        u.push_back(static_cast<double>(
-            run.readings[static_cast<std::size_t>((own.ny() + j) * run.samples) + static_cast<std::size_t>(k)]));
+      for (std::size_t j = 0; j < static_cast<std::size_t>(own.inputs); ++j) u.push_back(reading(ny + j, k));
       own.equations.output(x.data(), u.data(), y.data());
-      for (std::size_t j = 0; j < ny; ++j)
-        add(outputs[j],
-            static_cast<double>(run.readings[j * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]) -
-                y[j]);
+      for (std::size_t j = 0; j < ny; ++j) add(outputs[j], reading(j, k) - y[j]);
       if (k + 1 >= run.samples || run.weight[static_cast<std::size_t>(k) + 1] == 0.0F) continue;
       const double step_s = step_on(own, data, run, k, x.data());
       const double share = std::sqrt(own.period_s / step_s);  // the variance grows with the step
