@@ -22,22 +22,29 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Returns whole runs, spread over the data, and the segments of a draw that no step of the training uses.
-std::vector<Segment> tuning_segments(const Experiment& experiment, const TrainingData& data) {
+/// Returns whole runs, spread over the data.
+std::vector<Segment> some_whole_runs(const TrainingData& data) {
   constexpr std::ptrdiff_t kMostSamples = 1 << 17;
-  constexpr long kNoStep = -1;
   const std::vector<Segment> runs = whole_runs(data);
   std::ptrdiff_t samples = 0;
   for (const Segment& run : runs) samples += run.length;
   const auto every = static_cast<std::size_t>(1 + samples / kMostSamples);
-  std::vector<Segment> segments;
+  std::vector<Segment> some;
   for (std::size_t i = 0; i < runs.size(); i += every) {
-    segments.push_back(runs[i]);
-    segments.back().length = static_cast<int>(std::min<std::ptrdiff_t>(runs[i].length, kMostSamples));
+    some.push_back(runs[i]);
+    some.back().length = static_cast<int>(std::min<std::ptrdiff_t>(runs[i].length, kMostSamples));
   }
-  if (trains_whole_runs(experiment.training)) return segments;
-  for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
-  return segments;
+  return some;
+}
+
+/// Returns segments of draws that no step of the training uses; none if the training uses whole runs.
+std::vector<Segment> some_segments(const Experiment& experiment, const TrainingData& data) {
+  constexpr long kDraws = 4;
+  std::vector<Segment> some;
+  if (trains_whole_runs(experiment.training)) return some;
+  for (long no_step = -kDraws; no_step < 0; ++no_step)
+    for (const Segment& segment : draw_segments(experiment, data, no_step)) some.push_back(segment);
+  return some;
 }
 
 class Tuning {
@@ -47,7 +54,8 @@ class Tuning {
         experiment_(experiment),
         data_(data),
         pool_(pool),
-        segments_(tuning_segments(experiment, data)),
+        runs_(some_whole_runs(data)),
+        segments_(some_segments(experiment, data)),
         inverse_variance_(VectorXd::Ones(data.nx)) {
     for (int i = 0; i < data.nx && experiment.loss.is_normalised(); ++i) {
       Moments moments;
@@ -69,13 +77,19 @@ class Tuning {
     return changed;
   }
 
-  /// Returns the RMSE of the estimates, or NaN if one is not finite.
-  double rmse(const VectorXd& log10) const {
+  double cost(const VectorXd& log10) const {
     const ObserverStructure tried = with(log10);
+    const double of_runs = rmse(tried, runs_);
+    return segments_.empty() ? of_runs : std::sqrt(of_runs * rmse(tried, segments_));
+  }
+
+ private:
+  /// Returns the RMSE of the estimates, or NaN if one is not finite.
+  double rmse(const ObserverStructure& tried, const std::vector<Segment>& segments) const {
     const auto dynamics = make_dynamics(experiment_, tried, data_.steps_s, pool_.threads());
     dynamics->prepare(initial_dynamics(tried, experiment_).data());
     Rollout rollout(data_);
-    rollout.run(segments_, *dynamics, experiment_.training.all_noise(), experiment_.seed, Purpose::kValidationNoise, 0,
+    rollout.run(segments, *dynamics, experiment_.training.all_noise(), experiment_.seed, Purpose::kValidationNoise, 0,
                 pool_, experiment_.training.input_noise);
     double squares = 0.0, total = 0.0;
     for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
@@ -92,12 +106,11 @@ class Tuning {
     return std::sqrt(squares / total);
   }
 
- private:
   const ObserverStructure& structure_;
   const Experiment& experiment_;
   const TrainingData& data_;
   ThreadPool& pool_;
-  std::vector<Segment> segments_;
+  std::vector<Segment> runs_, segments_;
   VectorXd inverse_variance_;  ///< n_x, weights of the squared errors
 };
 
@@ -110,7 +123,7 @@ void tune_constants(ObserverStructure& structure, const Experiment& experiment, 
   const Tuning tuning(structure, experiment, data, pool);
   const CostsOf costs = [&](const std::vector<VectorXd>& points) {
     std::vector<double> result;
-    for (const VectorXd& point : points) result.push_back(tuning.rmse(point));
+    for (const VectorXd& point : points) result.push_back(tuning.cost(point));
     return result;
   };
   std::vector<VectorXd> starts;
