@@ -26,6 +26,7 @@ TrainingState some_state() {
   state.step = 42;
   state.elapsed_s = 1.5;
   state.best_rmse = 0.25;
+  state.returned_at = 40;
   state.parameters = {1.0F, -2.0F, 3.5F};
   state.memory = {0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F};
   state.average = {1.1F, -2.1F, 3.4F};
@@ -57,6 +58,7 @@ TEST(Checkpoint, ReadsBackTheBytesThatItWrote) {
   EXPECT_EQ(back.step, state.step);
   EXPECT_EQ(back.elapsed_s, state.elapsed_s);
   EXPECT_EQ(back.best_rmse, state.best_rmse);
+  EXPECT_EQ(back.returned_at, state.returned_at);
   EXPECT_EQ(back.parameters, state.parameters);
   EXPECT_EQ(back.memory, state.memory);
   EXPECT_EQ(back.average, state.average);
@@ -153,6 +155,7 @@ TEST(Checkpoint, RefusesImpossibleNumbersWithAValidChecksum) {
       {"a negative time", [](TrainingState& s) { s.elapsed_s = -1.0; }},
       {"a row's time without end", [](TrainingState& s) { s.metrics[1].elapsed_s = kInf; }},
       {"an error that is not a number", [](TrainingState& s) { s.best_rmse = kNan; }},
+      {"a return in a later step", [](TrainingState& s) { s.returned_at = s.step + 1; }},
       {"a best that is not a number", [](TrainingState& s) { s.best[1] = std::numeric_limits<float>::quiet_NaN(); }}};
   for (const auto& [name, forge] : forgeries) {
     TrainingState state = some_state();

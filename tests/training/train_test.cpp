@@ -83,6 +83,26 @@ TEST(Train, ContinuesFromItsBestModelAfterADivergenceIfGradientsAreClipped) {
   EXPECT_EQ(train_here(experiment).returns, 0);
 }
 
+// Fails if training goes on at the full rate, which made it run away from the same model again and again.
+TEST(Train, AfterADivergenceTheLearningRateRisesFromZero) {
+  Experiment experiment = small_experiment();
+  experiment.training.learning_rate = 1.0;
+  experiment.training.schedule = "constant";
+  experiment.training.validate_every = 1;
+  experiment.training.gradient_clip = 1.0;
+  const TrainingResult result = train_here(experiment);
+  ASSERT_GT(result.returns, 0) << "control: the rate is too large";
+  int zeros = 0;
+  for (std::size_t i = 1; i < result.metrics.size(); ++i) {
+    const double before = result.metrics[i - 1].learning_rate, rate = result.metrics[i].learning_rate;
+    zeros += rate == 0.0 ? 1 : 0;
+    if (i > 1 && rate > 0.0 && before < 1.0) {
+      EXPECT_NEAR(rate, before + 1.0 / 200.0, 1e-12) << "200 steps to the full rate";
+    }
+  }
+  EXPECT_EQ(zeros, result.returns);
+}
+
 TEST(Train, AnErrorThatOnlyTrainingRunsHaveIsNotADivergence) {
   // Segments that begin anywhere have a transient, which validation hardly has. Here noise on their truth represents
   // it, and validation leaves the transient out.

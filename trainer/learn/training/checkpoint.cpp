@@ -15,7 +15,7 @@ namespace nlo::trainer {
 
 namespace {
 
-constexpr char kMagic[] = "nlo checkpoint 1\n";
+constexpr char kMagic[] = "nlo checkpoint 2\n";
 constexpr std::size_t kMagicSize = sizeof(kMagic) - 1;
 
 class Writer {
@@ -68,6 +68,7 @@ void exchange(Archive& archive, State& state) {
   archive.value(state.step);
   archive.value(state.elapsed_s);
   archive.value(state.best_rmse);
+  archive.value(state.returned_at);
   archive.array(state.parameters);
   archive.array(state.memory);
   archive.array(state.average);
@@ -100,7 +101,8 @@ bool is_plausible(const TrainingState& state) {
     if (row.step <= before || row.step > state.step || !is_time(row.elapsed_s)) return false;
     before = row.step;
   }
-  return state.step >= 0 && !state.metrics.empty() && is_time(state.elapsed_s) && std::isfinite(state.best_rmse) &&
+  return state.step >= 0 && state.returned_at >= -1 && state.returned_at <= state.step && !state.metrics.empty() &&
+         is_time(state.elapsed_s) && std::isfinite(state.best_rmse) &&
          std::all_of(state.best.begin(), state.best.end(), [](float p) { return std::isfinite(p); });
 }
 

@@ -21,9 +21,10 @@ struct MetricsRow {
 };
 
 struct TrainingState {
-  std::int64_t step = 0;   ///< number of finished steps
-  double elapsed_s = 0.0;  ///< sum over all sessions
-  double best_rmse = 0.0;  ///< error of `best` on the validation set
+  std::int64_t step = 0;          ///< number of finished steps
+  double elapsed_s = 0.0;         ///< sum over all sessions
+  double best_rmse = 0.0;         ///< error of `best` on the validation set
+  std::int64_t returned_at = -1;  ///< step at which training ran away the last time and returned to `best`; -1: never
   std::vector<float> parameters, memory, average, best;
   std::vector<MetricsRow> metrics;
 };

@@ -97,7 +97,7 @@ class Training {
         break;
       }
       clip(gradient, config.gradient_clip);
-      const double factor = schedule_factor(config, state_.step);
+      const double factor = warm_up() * schedule_factor(config, state_.step);
       if (usable && !runs_away) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
       constrain(state_.parameters);
       if (!eigenvalues_are_finite()) continue;  // diverged: leave it out of the average
@@ -261,9 +261,18 @@ class Training {
   }
 
   void return_to_best() {
+    state_.returned_at = state_.step;
     state_.parameters = state_.average = state_.best;
     optimiser_.forget_direction();
     unusable_ = 0;
+  }
+
+  /// Returns a factor of the learning rate. After a return it rises linearly to 1: at the full rate, training would run
+  /// away from the same model again.
+  double warm_up() const {
+    constexpr double kSteps = 200.0;
+    if (state_.returned_at < 0) return 1.0;
+    return std::min(1.0, static_cast<double>(state_.step - state_.returned_at) / kSteps);
   }
 
   /// Infinite eigenvalues have no discretisation: scaling and squaring would never end.
