@@ -9,6 +9,7 @@
 #include "codegen/base/splitmix.h"
 #include "codegen/fold/fold.h"
 #include "codegen/model/flown_ranges.h"
+#include "codegen/structures/prior_dynamics.h"
 
 namespace nlo::codegen {
 namespace {
@@ -56,10 +57,45 @@ double irregular_step(Uniform& uniform) {
   return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;
 }
 
+/// Replaces sound readings of a model with known equations by outputs of these equations, driven by the inputs, plus as
+/// much noise as its filter expects. Where the plant leaves the model's ranges, it starts again.
+void follow_equations(const Model& m, ReplayInputs& inputs) {
+  constexpr double kDeviations = 3.0;  // of the sensor's noise
+  const Equations equations = prior_equations(m);
+  const auto& own = own_part<Prior>(m);
+  const Eigen::Index carried = equations.carried(), states = equations.nx();
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(carried), u = Eigen::VectorXd::Zero(m.nu());
+  start.head(states) = m.initial_latent.tail(carried).head(states);
+  Eigen::VectorXd x = start, y(m.ny() * (1 + states));
+  const auto is_within = [](const auto& values, const auto& low, const auto& high) {
+    return (values.array() >= low.array()).all() && (values.array() <= high.array()).all();
+  };
+  for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k) {
+    for (Eigen::Index j = 0; j < u.size(); ++j)
+      if (std::isfinite(inputs.inputs(j, k))) u(j) = inputs.inputs(j, k);
+    const double dt_s = inputs.dt_s(k) == 0.0 ? m.sample_period_s : inputs.dt_s(k);
+    const int pieces = k == 0 ? 0 : pieces_of(dt_s, m.sample_period_s);
+    for (int piece = 0; piece < pieces; ++piece)
+      equations.step(x.data(), dt_s / pieces, [&u](double, double* to) { std::copy(u.begin(), u.end(), to); });
+    equations.output(x.data(), u.data(), y.data());
+    if (!is_within(x.head(states), own.state_min.head(states), own.state_max.head(states)) ||
+        !is_within(y.head(m.ny()), m.output_min, m.output_max)) {
+      x = start;
+      equations.output(x.data(), u.data(), y.data());
+    }
+    for (Eigen::Index j = 0; j < m.ny(); ++j) {
+      double& reading = inputs.outputs(j, k);
+      const double low = m.output_min(j), high = m.output_max(j), tone = (reading - (low + high) / 2.0) / (high - low);
+      if (std::isfinite(reading) && reading <= high)  // it is no fault
+        reading = std::clamp(y(j) + kDeviations * std::sqrt(own.output_noise(j)) * tone, low, high);
+    }
+  }
+}
+
 }  // namespace
 
 ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double amplitude,
-                           const Eigen::MatrixXd& ranges, bool turns_relative) {
+                           const Eigen::MatrixXd& ranges, bool turns_relative, bool follows_equations) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
   ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
@@ -121,6 +157,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     }
     inputs.inputs(i, samples / 3) = missed;
   }
+  if (follows_equations) follow_equations(m, inputs);
   const int gap = std::min(stale_after + 2, samples / 8);
   for (int k = samples * 8 / 10; k < samples * 8 / 10 + gap; ++k) inputs.outputs.col(k).setConstant(missed);
   return inputs;

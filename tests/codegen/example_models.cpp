@@ -756,6 +756,54 @@ Model filter_functions_model() {
   return without_units(prior_functions_model(), "filter_functions");
 }
 
+Model hidden_joint_model() {
+  Model m = blank("hidden_joint", 1, 4);
+  m.sample_period_s = 0.002;
+  m.inputs = {{"tau1", "N m", 0.0}, {"tau2", "N m", 0.0}};
+  m.input_min = Eigen::Vector2d(-2.2, -2.6);
+  m.input_max = Eigen::Vector2d(2.2, 2.8);
+  m.output_min.setConstant(-3.5);
+  m.output_max.setConstant(3.5);
+  // Row by row: the angles, the speeds, and the triangle of their covariance.
+  m.initial_latent = Eigen::VectorXd::Zero(14);
+  m.initial_latent(4) = 0.2;
+  m.initial_latent(8) = 0.5;
+  m.initial_latent(11) = 8.6;
+  m.initial_latent(13) = 24.9;
+  const std::string first =
+                        "(tau1 + h*sin(x2)*(2*x3*x4 + x4^2) - g1*sin(x1) - g2*sin(x1+x2) - b1*x3 - f1*tanh(x3/0.1))",
+                    second = "(tau2 - h*sin(x2)*x3^2 - g2*sin(x1+x2) - b2*x4 - f2*tanh(x4/0.1))",
+                    determinant = "(m1*m2 - h^2*cos(x2)^2)";
+  Prior own;
+  own.equations = {{"x3", "x4", "(m2*" + first + " - (m2 + h*cos(x2))*" + second + ")/" + determinant,
+                    "((m1 + m2 + 2*h*cos(x2))*" + second + " - (m2 + h*cos(x2))*" + first + ")/" + determinant},
+                   {"x1"},
+                   {{"m1", 0.0596},
+                    {"m2", 0.0627},
+                    {"h", 0.0368},
+                    {"g1", 2.28},
+                    {"g2", 1.79},
+                    {"b1", 0.005},
+                    {"f1", 0.156},
+                    {"b2", 0.0058},
+                    {"f2", 0.0913}}};
+  own.state_min = Eigen::VectorXd{{-3.5, -4.6, -19, -35, 2e-11, -5.1, -21, -36, 5e-11, -33, -57, 9e-10, -234, 2e-9}};
+  own.state_max = Eigen::VectorXd{{3.5, 5.1, 21, 34, 3.3, 5.1, 21, 36, 8.1, 33, 57, 138, 234, 398}};
+  own.state_noise = Eigen::Vector4d(2e-6, 7e-4, 2.9e-3, 1.3e-4);
+  own.output_noise = Eigen::VectorXd::Constant(1, 6e-11);
+  Network& passes_on = own.inverse_map = random_network({17, 4}, 97, 1.0);
+  passes_on.layers[0].weights = Eigen::MatrixXd::Identity(4, 17);
+  passes_on.layers[0].bias.setZero();
+  passes_on.feature_mean.setZero();
+  passes_on.feature_scale.setOnes();
+  passes_on.output_mean.setZero();
+  m.latent_min =
+      Eigen::VectorXd{{-1.4, -1.7, -6.9, -15, -1e-6, -1e-6, -1e-6, -1e-6, -0.03, -0.1, -1.5, -0.8, -0.6, -2.5}};
+  m.latent_max = Eigen::VectorXd{{1.4, 2.3, 9.2, 13, 4e-6, 1e-6, 1.4e-6, 1.2e-6, 0.6, 0.2, 0.5, 9.5, 1.3, 27}};
+  m.structure = own;
+  return m;
+}
+
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), gated_model(), driven_model(), carried_model(), prior_model()};
 }
