@@ -44,7 +44,7 @@ TEST(ExportError, AReplayOfAHiddenJointFindsAWrongParameter) {
     observer.step(run.inputs.outputs.col(k), run.inputs.inputs.col(k), dt_s);
     most = most.cwiseMax((observer.estimate() - run.x_hat.col(k)).cwiseAbs());
   }
-  // The hidden angle and its speed: float is some 1e-4 of their size away, a moment of inertia that is 2 % wrong some per
+  // The hidden angle and its speed: float is some 1e-4 of their size away, an inertia that is 2 % wrong some per
   // cent.
   for (const Eigen::Index i : {1, 3}) {
     EXPECT_LT(off.row(i).maxCoeff(), 0.1 * most(i)) << i;

@@ -198,7 +198,7 @@ TEST(Recipe, ChoosesTheFilterIfTheEquationsOfThePlantHold) {
                                    "inverse_map.hidden=[8]"};
   const Recipe recipe = derived(kSpring, keys);
   EXPECT_EQ(recipe.experiment.observer.structure, "prior") << recipe.text;
-  EXPECT_THAT(recipe.text, HasSubstr("structure \"filter\" is chosen"));
+  EXPECT_THAT(recipe.text, HasSubstr("structure \"prior\" with units = 0 is chosen"));
   EXPECT_THAT(recipe.experiment.source_text, HasSubstr("\nunits = 0\n"));
   EXPECT_EQ(recipe.experiment.training.ema, 0.5) << "the file gives it";
   EXPECT_EQ(recipe.experiment.inverse_map.hidden, std::vector<int>{8}) << "the file gives it";

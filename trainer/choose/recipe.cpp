@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -106,7 +107,7 @@ class Deriver {
   }
 
   Recipe run() {
-    if (is_filter()) return with_units({period_s_, length_s_, 0.0}, 0.0);
+    if (is_filter(for_data_)) return with_units({period_s_, length_s_, 0.0}, 0.0);
     const std::vector<Choice> finalists = choose();
     const DataScales scales{period_s_, length_s_, finalists.front().bank.slowest()};
     if (!is_linear_latent()) return with_units(scales, settled_from_s(finalists.front().bank));
@@ -146,8 +147,6 @@ class Deriver {
   };
 
   bool is_linear_latent() const { return for_data_.observer.structure == base_.observer.structure; }
-  /// Returns true for a prior without units. No mode of the data decides about it.
-  bool is_filter() const { return !is_linear_latent() && for_data_.observer.own.get<UnitSettings>().units == 0; }
 
   /// Returns the recipe of a draft that names a structure with units. A prior whose units are left open keeps them if
   /// they are worth it.
@@ -201,6 +200,7 @@ class Deriver {
   Piloted best_structure(const Piloted& linear, const std::vector<Rival>& rivals, const Pilots& pilots,
                          std::string& told) const {
     Piloted best = linear;
+    double filter_alone = std::numeric_limits<double>::infinity();
     std::string not_tried;
     const auto tell_not_tried = [&not_tried](const Rival& rival, std::string_view reason) {
       const std::string line =
@@ -215,16 +215,21 @@ class Deriver {
       try {
         const double error =
             pilots.error(rival.experiment, std::min(kPilotSteps, rival.experiment.training.steps / 10));
-        told += fmt::format(", {} {:.3g}", rival_name(rival.experiment), error);
-        const bool corrects_best = rival.experiment.observer.structure == best.experiment.observer.structure;
-        const double least = std::min(kWorthIt * linear.error, corrects_best ? kWorthIt * best.error : best.error);
-        if (error < least) best = {rival.experiment, error};
+        told += fmt::format(", {} {:.3g}", is_filter(rival.experiment) ? "filter" : rival.experiment.observer.structure,
+                            error);
+        const bool filters = is_filter(rival.experiment);
+        if (filters) filter_alone = error;
+        // Corrections must be worth it beside the filter alone, even if another structure is ahead of both.
+        const bool corrects = structure_of(rival.experiment.observer).has_known_equations() && !filters;
+        if (corrects && !(error < kWorthIt * filter_alone)) continue;
+        if (error < std::min(kWorthIt * linear.error, best.error)) best = {rival.experiment, error};
       } catch (const codegen::Error& reason) {
         tell_not_tried(rival, reason.what());
       }
     }
     if (best.experiment.observer.structure != linear.experiment.observer.structure)
-      told += fmt::format(": structure \"{}\" is chosen", rival_name(best.experiment));
+      told += fmt::format(": structure \"{}\"{} is chosen", best.experiment.observer.structure,
+                          is_filter(best.experiment) ? " with units = 0" : "");
     told += not_tried;
     return best;
   }

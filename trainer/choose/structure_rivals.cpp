@@ -104,9 +104,9 @@ Experiment with_structure(const DraftExperiment& draft, const Experiment& base, 
   return checked(e, base);
 }
 
-std::string rival_name(const Experiment& experiment) {
+bool is_filter(const Experiment& experiment) {
   const ObserverConfig& o = experiment.observer;
-  return structure_of(o).has_known_equations() && o.own.get<UnitSettings>().units == 0 ? "filter" : o.structure;
+  return structure_of(o).has_known_equations() && o.own.get<UnitSettings>().units == 0;
 }
 
 std::string misleading_validation(const TrainableStructure& structure, const Experiment& base) {

@@ -30,8 +30,8 @@ Experiment checked(const Experiment& derived, const Experiment& base);
 Experiment with_structure(const DraftExperiment& draft, const Experiment& base, const TrainableStructure& structure,
                           const DataScales& scales, bool has_units = true);
 
-/// Returns the name of the experiment's structure for the user; "filter" for a prior without units.
-std::string rival_name(const Experiment& experiment);
+/// Returns true for a prior without units: an extended Kalman filter.
+bool is_filter(const Experiment& experiment);
 
 /// Returns the reason why an observer of this structure is not as good in flight as its validation says, with the
 /// remedy; empty if there is none.
