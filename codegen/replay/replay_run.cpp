@@ -8,6 +8,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model/domain.h"
+#include "codegen/structures/structure_module.h"
 
 namespace nlo::codegen {
 namespace {
@@ -143,7 +144,7 @@ ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedM
     }
   };
   ReplayRun run = run_with(false);
-  if (!std::holds_alternative<Prior>(m.structure)) return run;
+  if (!module_of(m).has_known_equations()) return run;
   // A filter for a state far from its sensors amplifies readings that its plant cannot produce. Float and double then
   // drift apart, and a replay with their difference as its tolerance would accept a wrong export.
   constexpr double kMuchLess = 0.1;

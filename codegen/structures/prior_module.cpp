@@ -327,6 +327,7 @@ class PriorModule final : public StructureModule {
   }
   Network* inverse_map(Model& m) const override { return &own_part<Prior>(m).inverse_map; }
   bool reads_stalenesses() const override { return true; }
+  bool has_known_equations() const override { return true; }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
     return std::make_unique<PriorDynamics<float>>(m, a);

@@ -64,6 +64,8 @@ class StructureModule {
   /// Returns true if its states are directions: vectors of three components and length 1, whose error is the angle to
   /// the truth.
   virtual bool estimates_directions(const Model&) const { return false; }
+  /// Returns true if the latent system has the equations of the plant.
+  virtual bool has_known_equations() const { return false; }
   /// Returns true if a step only evaluates `gates` and `candidate`.
   virtual bool has_gated_units() const { return false; }
   /// Returns true if a step may overflow, so that its status may be kDiverged.
