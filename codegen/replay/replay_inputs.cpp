@@ -60,7 +60,7 @@ double irregular_step(Uniform& uniform) {
 /// Replaces sound readings of a model with known equations by outputs of these equations, driven by the inputs, plus as
 /// much noise as its filter expects. Where the plant leaves the model's ranges, it starts again.
 void follow_equations(const Model& m, ReplayInputs& inputs) {
-  constexpr double kDeviations = 3.0;  // of the sensor's noise
+  constexpr double kDeviations = 3.0;  // span of the added noise, in standard deviations that the filter expects
   const Equations equations = prior_equations(m);
   const auto& own = own_part<Prior>(m);
   const Eigen::Index carried = equations.carried(), states = equations.nx();

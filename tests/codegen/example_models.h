@@ -103,8 +103,8 @@ Model prior_functions_model();
 /// prior_model() and prior_functions_model() without units: extended Kalman filters.
 Model filter_model();
 Model filter_functions_model();
-/// A filter for a double pendulum whose second joint no sensor measures. The torques are inputs. The numbers are those
-/// of a rig.
+/// A filter for a double pendulum whose second joint no sensor measures. The torques are inputs. Its numbers come from
+/// a rig.
 Model hidden_joint_model();
 /// prior_functions_model() with x2 as the only estimated state.
 Model prior_unestimated_model();

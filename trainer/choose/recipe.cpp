@@ -215,9 +215,8 @@ class Deriver {
       try {
         const double error =
             pilots.error(rival.experiment, std::min(kPilotSteps, rival.experiment.training.steps / 10));
-        told += fmt::format(", {} {:.3g}", is_filter(rival.experiment) ? "filter" : rival.experiment.observer.structure,
-                            error);
         const bool filters = is_filter(rival.experiment);
+        told += fmt::format(", {} {:.3g}", filters ? "filter" : rival.experiment.observer.structure, error);
         if (filters) filter_alone = error;
         // Corrections must be worth it beside the filter alone, even if another structure is ahead of both.
         const bool corrects = structure_of(rival.experiment.observer).has_known_equations() && !filters;

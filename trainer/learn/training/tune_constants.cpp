@@ -77,19 +77,20 @@ class Tuning {
     return changed;
   }
 
+  /// Returns the cost of tune_constants.h, or NaN if an estimate is not finite.
   double cost(const VectorXd& log10) const {
     const ObserverStructure tried = with(log10);
-    const double of_runs = rmse(tried, runs_);
-    return segments_.empty() ? of_runs : std::sqrt(of_runs * rmse(tried, segments_));
+    const auto dynamics = make_dynamics(experiment_, tried, data_.steps_s, pool_.threads());
+    dynamics->prepare(initial_dynamics(tried, experiment_).data());
+    const double of_runs = rmse(tried, *dynamics, runs_);
+    return segments_.empty() ? of_runs : std::sqrt(of_runs * rmse(tried, *dynamics, segments_));
   }
 
  private:
   /// Returns the RMSE of the estimates, or NaN if one is not finite.
-  double rmse(const ObserverStructure& tried, const std::vector<Segment>& segments) const {
-    const auto dynamics = make_dynamics(experiment_, tried, data_.steps_s, pool_.threads());
-    dynamics->prepare(initial_dynamics(tried, experiment_).data());
+  double rmse(const ObserverStructure& tried, LatentDynamics& dynamics, const std::vector<Segment>& segments) const {
     Rollout rollout(data_);
-    rollout.run(segments, *dynamics, experiment_.training.all_noise(), experiment_.seed, Purpose::kValidationNoise, 0,
+    rollout.run(segments, dynamics, experiment_.training.all_noise(), experiment_.seed, Purpose::kValidationNoise, 0,
                 pool_, experiment_.training.input_noise);
     double squares = 0.0, total = 0.0;
     for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
