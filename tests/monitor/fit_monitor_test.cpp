@@ -181,9 +181,8 @@ TEST(FitMonitor, DeadSensorRaisesAnAlarmEvenIfTheGateRejectedFiveOfSixReadingsIn
       << "12 samples are three time constants of the shortest average, which then reaches 0.95";
 }
 
-/// Returns after how many samples the monitor arms if the error of the estimate is ten times as large in the first
-/// `far` samples.
-double armed_after(Eigen::Index far) {
+/// Fits a monitor to an observer whose error is ten times as large in the first `far` samples.
+FittedMonitor far_at_first(Eigen::Index far) {
   const codegen::Model model = codegen::tiny_model();
   const SensedRuns runs = waves(5, 4, 0.1);
   const ObserverRun observer = observer_run(model, true);
@@ -196,8 +195,12 @@ double armed_after(Eigen::Index far) {
   }
   const RunSource limits{[](int) { return waves(3, 10, 0.1); }, 1};
   const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
-  return fit_monitor(model, waves(1, 5, 0.1), limits, std::nullopt, trial, request).monitor.armed_after_s /
-         model.sample_period_s;
+  return fit_monitor(model, waves(1, 5, 0.1), limits, std::nullopt, trial, request);
+}
+
+/// Returns the number of samples after which this monitor arms.
+double armed_after(Eigen::Index far) {
+  return far_at_first(far).monitor.armed_after_s / codegen::tiny_model().sample_period_s;
 }
 
 TEST(FitMonitor, ArmsWhenTheErrorHasSettledBetweenOneAndThreeTimeConstants) {
@@ -206,6 +209,94 @@ TEST(FitMonitor, ArmsWhenTheErrorHasSettledBetweenOneAndThreeTimeConstants) {
   EXPECT_NEAR(armed_after(61), 70.0, 1e-9)
       << "averages over quarters: one large sample in ten gives 3.3 times the error";
   EXPECT_NEAR(armed_after(500), 120.0, 1e-9);
+}
+
+TEST(FitMonitor, ReportsAnErrorThatHasNotSettledWhenTheMonitorArms) {
+  EXPECT_THAT(far_at_first(500).notes, testing::ElementsAre(testing::HasSubstr("the error is still 10 times")));
+  EXPECT_THAT(far_at_first(70).notes, testing::IsEmpty());
+}
+
+/// Runs of tiny_model with these readings. The truth is its own estimate, so that the error is due to lost readings.
+std::vector<FlownRun> own_runs(const codegen::Model& model, const SensedRuns& readings) {
+  std::vector<FlownRun> runs;
+  for (const Eigen::MatrixXd& y : readings.outputs)
+    runs.push_back({y,
+                    {},
+                    codegen::ReferenceObserver<float>(model).run(y, {}, {}, true).x_hat,
+                    Eigen::VectorXd::Ones(y.cols()),
+                    {}});
+  return runs;
+}
+
+/// Readings of a plant that rests at 0, where the observer also starts, until sample `moves`, and then is at 1.5 with
+/// small waves.
+SensedRuns accelerating(std::uint64_t seed, Eigen::Index moves) {
+  SensedRuns runs = waves(seed, 12, 0.01);
+  for (Eigen::MatrixXd& y : runs.outputs) {
+    y.leftCols(moves) *= 0.1;
+    y.rightCols(y.cols() - moves).array() += 1.5;
+  }
+  return runs;
+}
+
+/// The runs of own_runs() with an error of the settled estimate of `error`.
+std::vector<FlownRun> inexact_runs(const codegen::Model& model, const SensedRuns& readings, double error) {
+  std::vector<FlownRun> runs = own_runs(model, readings);
+  std::mt19937_64 engine(17);
+  std::normal_distribution<double> draw(0.0, error);
+  for (FlownRun& run : runs)
+    for (double& x : run.states.reshaped()) x += draw(engine);
+  return runs;
+}
+
+struct ArmedError {
+  double armed_after = 0.0;  ///< [samples]
+  double restart = 0.0;      ///< rms error in the quarter of a time constant after arming, divided by the settled one
+  double start = 0.0;        ///< the same at starts of the runs
+};
+
+/// Fits a monitor to plants that start to move at sample `moves`, and flies it on new runs, from their starts and from
+/// restarts at samples 600 and 900, with settled errors of size `error`.
+ArmedError armed_error(Eigen::Index moves, double error) {
+  constexpr Eigen::Index kBlock = 40, kQuarter = 10;
+  codegen::Model model = codegen::tiny_model();
+  const RunSource limits{[&](int) { return accelerating(3, moves); }, 1};
+  const MonitorRequest request{1.0, kBlock * model.sample_period_s, 1};
+  const Monitor monitor = fit_monitor(model, accelerating(1, moves), limits, std::nullopt,
+                                      inexact_runs(model, accelerating(5, moves), error), request)
+                              .monitor;
+  ErrorSum restart, start, settled;
+  const std::vector<FlownRun> fresh = inexact_runs(model, accelerating(7, moves), error);
+  const Eigen::VectorXd one = Eigen::VectorXd::Ones(model.nx());
+  const auto fly_from = [&](const FlownRun& run, ErrorSum& sum) {
+    const WatchedRun flown = fly(model, without_gate(monitor), run);
+    sum += error_sum(model, run, flown.run.x_hat, one, flown.armed_after, flown.armed_after + kQuarter);
+    return flown;
+  };
+  ArmedError found;
+  for (const FlownRun& run : fresh) {
+    const WatchedRun whole = fly_from(run, start);
+    settled += error_sum(model, run, whole.run.x_hat, one, run.samples() / 2);
+    for (const Eigen::Index first : {600, 900}) (void)fly_from(run.from(first), restart);
+    found.armed_after = whole.armed_after;
+  }
+  found.restart = restart.rms() / settled.rms();
+  found.start = start.rms() / settled.rms();
+  return found;
+}
+
+TEST(FitMonitor, ArmsAfterARestartInFlightOnlyWhenTheErrorHasSettled) {
+  const ArmedError late = armed_error(300, 0.02);
+  EXPECT_LT(late.restart, 2.2) << "2 is the rule; other runs differ by a tenth";
+  EXPECT_LT(late.start, 1.2) << "starts alone would arm after 40 samples";
+  EXPECT_GT(late.armed_after, 60.0);
+  EXPECT_LT(late.armed_after, 250.0) << "the slowest mode has a time constant of 50 samples";
+  const ArmedError later = armed_error(300, 0.002);
+  EXPECT_GT(later.armed_after, 120.0) << "more than three time constants";
+  EXPECT_LT(later.restart, 2.2);
+  const ArmedError control = armed_error(300, 0.5);
+  EXPECT_NEAR(control.armed_after, 40.0, 1e-9) << "control: the settled error hides the transient of a restart";
+  EXPECT_LT(control.restart, 2.2);
 }
 
 /// Runs of failing_model. Its second output may be missing; it rests at 2 for half of the time, then moves, and repeats
@@ -252,18 +343,6 @@ TEST(FitMonitor, ASensorIsFrozenIfItRepeatsAReadingLongerThanInTraining) {
   for (Eigen::MatrixXd& y : without.outputs) y.row(0).setOnes();
   EXPECT_EQ(fit_monitor(model, without, limits, std::nullopt, {}, request).monitor.reference_sensor(1), 1.0)
       << "control: no reference sensor";
-}
-
-/// Runs of tiny_model with these readings. The truth is its own estimate, so that the error is due to lost readings.
-std::vector<FlownRun> own_runs(const codegen::Model& model, const SensedRuns& readings) {
-  std::vector<FlownRun> runs;
-  for (const Eigen::MatrixXd& y : readings.outputs)
-    runs.push_back({y,
-                    {},
-                    codegen::ReferenceObserver<float>(model).run(y, {}, {}, true).x_hat,
-                    Eigen::VectorXd::Ones(y.cols()),
-                    {}});
-  return runs;
 }
 
 TEST(FitMonitor, ReplacesLostReadingsIfThePredictionIsBetterThanTheLastReading) {

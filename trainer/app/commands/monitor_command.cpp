@@ -258,7 +258,7 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
                                const MonitorProgress& progress) {
   const double horizon_s = experiment.simulation.horizon_s;
   const SensedRuns fit = sensed_runs(experiment, noises, horizon_s, kFitSeed, kFitRuns);
-  std::vector<std::string> notes = choose_times(request, model, fit, false);
+  const std::vector<std::string> notes = choose_times(request, model, fit, false);
   const double long_run_s = std::max(horizon_s, 8.0 * request.time_constant_s);
   const int count = std::max(kFewestLimitRuns, static_cast<int>(std::ceil(hours * kHour / long_run_s)));
   const RunSource limits{[&](int chunk) {
@@ -274,7 +274,7 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
                                                                SeedStream::kValidation, kTrialSeed, 1, kTrialRuns),
                                                  kMostTrialSamples);
   FittedMonitor fitted = fit_monitor(model, fit, limits, clean, trial, request, progress);
-  fitted.notes = std::move(notes);
+  fitted.notes.insert(fitted.notes.begin(), notes.begin(), notes.end());
   return fitted;
 }
 
@@ -286,11 +286,11 @@ FittedMonitor monitor_of_logs(const codegen::Model& model, const LogSplits& spli
   logs.trajectories.insert(logs.trajectories.end(), splits.validation.trajectories.begin(),
                            splits.validation.trajectories.end());
   const SensedRuns fit = sensed_runs(splits.train), all = sensed_runs(logs);
-  std::vector<std::string> notes = choose_times(request, model, all, true);
+  const std::vector<std::string> notes = choose_times(request, model, all, true);
   const Dataset& trial = splits.validation.trajectories.empty() ? splits.train : splits.validation;
   FittedMonitor fitted = fit_monitor(model, fit, {[&](int) { return all; }, 1}, std::nullopt,
                                      flown_runs(trial, kMostTrialSamples), request);
-  fitted.notes = std::move(notes);
+  fitted.notes.insert(fitted.notes.begin(), notes.begin(), notes.end());
   return fitted;
 }
 

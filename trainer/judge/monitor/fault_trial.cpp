@@ -133,8 +133,8 @@ std::vector<FaultRow> try_faults(const codegen::Model& model, const codegen::Mon
       std::vector<double> delays;
       std::map<nlo::Alarm, int> alarms;
       for (const Outcome& outcome : outcomes) {
-        all.squares += outcome.faulty.squares, all.weight += outcome.faulty.weight;
-        without.squares += outcome.sound.squares, without.weight += outcome.sound.weight;
+        all += outcome.faulty;
+        without += outcome.sound;
         const bool harmed = outcome.faulty.rms() > kHarm * outcome.sound.rms();
         row.harmed += harmed;
         if (!harmed || outcome.delay < 0) continue;

@@ -283,35 +283,67 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }
 
-/// Returns the number of samples after a start until the rms error of x_hat over `runs` is at most twice the error in
-/// the second halves of the runs. It is 4 to 12 quarters of a time constant, rounded to whole quarters; 4 without runs.
-Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
-  constexpr Index kParts = 4, kMostBlocks = 3;
-  constexpr double kSettled = 2.0;
-  const Index part = std::max<Index>(1, block / kParts);
-  // One sum for each part of all runs, and one for the remainder.
-  std::vector<ErrorSum> from(static_cast<std::size_t>(kParts * kMostBlocks + 1));
-  ErrorSum late;
-  const auto add = [](ErrorSum& to, const ErrorSum& sum) { to.squares += sum.squares, to.weight += sum.weight; };
-  if (runs.empty()) return block;
-  const ObserverRun observer = observer_run(model, runs.front().time_s.size() == 0);
+/// Time after which a monitor arms, and the error of x_hat then, divided by the settled one.
+struct Settled {
+  Index samples;
+  double error;
+};
+constexpr double kSettled = 2.0;  // largest such error of an estimate that has settled
+
+/// Returns the time after which x_hat has settled, in whole quarters of a time constant. It is the first quarter that
+/// meets both conditions:
+///   - after the starts of the runs, the rms error is at most twice the error in the second halves of the runs. Only
+///     three time constants count, because the plant may move more at the beginning of its runs
+///   - after restarts in the middle of the runs, it is at most twice that error, or twice the error in the same samples
+///     of the observer that was not restarted
+/// If no quarter does, it is three time constants or a quarter of the shortest run, whichever is longer. It is one time
+/// constant without runs.
+Settled settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
+  constexpr Index kQuarters = 4, kStartQuarters = 12;
+  if (runs.empty()) return {block, 0.0};
+  const Index length = std::max<Index>(1, block / kQuarters);
+  Index shortest = runs.front().samples();
+  for (const FlownRun& run : runs) shortest = std::min(shortest, run.samples());
+  const Index most = std::max(kStartQuarters, shortest / 4 / length);
+
   const VectorXd deviations = state_deviations(runs);
-  for (const FlownRun& run : runs) {
+  const ObserverRun observer = observer_run(model, runs.front().time_s.size() == 0);
+  const auto estimates = [&](const FlownRun& run) {
     const VectorXd time =
         run.time_s.size() > 0
             ? run.time_s
             : VectorXd::LinSpaced(run.samples(), 0.0, static_cast<double>(run.samples() - 1) * model.sample_period_s);
-    const MatrixXd x_hat = observer(run.outputs, run.inputs, time).x_hat;
-    for (std::size_t i = 0; i < from.size(); ++i)
-      add(from[i], error_sum(model, run, x_hat, deviations, static_cast<Index>(i) * part));
-    add(late, error_sum(model, run, x_hat, deviations, run.samples() / 2));
+    return observer(run.outputs, run.inputs, time).x_hat;
+  };
+  using Quarters = std::vector<ErrorSum>;  // errors in each quarter of a time constant after a sample, over all runs
+  const auto add = [&](Quarters& quarters, const FlownRun& run, const MatrixXd& x_hat) {
+    for (Index i = 0; i < most; ++i)
+      quarters[static_cast<std::size_t>(i)] += error_sum(model, run, x_hat, deviations, i * length, (i + 1) * length);
+  };
+  Quarters started(static_cast<std::size_t>(most)), restarted = started, kept = started;
+  ErrorSum late;
+  for (const FlownRun& run : runs) {
+    const MatrixXd x_hat = estimates(run);
+    add(started, run, x_hat);
+    late += error_sum(model, run, x_hat, deviations, run.samples() / 2);
+    for (const Index n : {1, 2, 3}) {
+      const FlownRun rest = run.from(n * run.samples() / 4);
+      if (rest.samples() < length) continue;
+      add(restarted, rest, estimates(rest));
+      add(kept, rest, x_hat.rightCols(rest.samples()));
+    }
   }
-  for (Index i = kParts; i < kParts * kMostBlocks; ++i) {
-    const ErrorSum &here = from[static_cast<std::size_t>(i)], &next = from[static_cast<std::size_t>(i) + 1];
-    const ErrorSum slice{here.squares - next.squares, here.weight - next.weight};
-    if (!(slice.rms() > kSettled * late.rms())) return i == kParts ? block : i * part;
-  }
-  return kMostBlocks * block;
+  const auto start_error = [&](std::size_t i) { return started[i].rms() / late.rms(); };
+  const auto restart_error = [&](std::size_t i) { return restarted[i].rms() / std::max(late.rms(), kept[i].rms()); };
+  auto i = static_cast<std::size_t>(kQuarters);
+  const auto unsettled = [&] {
+    return (i < kStartQuarters && start_error(i) > kSettled) || restart_error(i) > kSettled;
+  };
+  while (i < started.size() && unsettled()) ++i;
+  const std::size_t last = std::min(i, started.size() - 1);
+  const Index quarters = static_cast<Index>(i);
+  return {quarters % kQuarters == 0 ? quarters / kQuarters * block : quarters * length,
+          std::max(start_error(last), restart_error(last))};
 }
 
 /// Sets all limits to 1, so that levels are the statistics themselves.
@@ -400,8 +432,12 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   FittedMonitor fitted;
   Monitor& monitor = fitted.monitor;
   monitor.windows_s = Eigen::Vector3d(tau / 4.0, tau, 2.0 * tau);
-  const Index armed = settled_after(model, trial, block);
+  const auto [armed, error] = settled_after(model, trial, block);
   monitor.armed_after_s = static_cast<double>(armed) * model.sample_period_s;
+  if (error > kSettled)
+    fitted.notes.push_back(fmt::format(
+        "the monitor arms {:.3g} s after a start, when the error is still {:.2g} times that of the settled estimate",
+        monitor.armed_after_s, error));
   monitor.false_alarms_per_hour = request.false_alarms_per_hour;
   codegen::leave_out_frozen(monitor, ny);
   codegen::leave_out_motion_and_row(monitor, ny, model.nx(), model.nz() + model.nr());

@@ -29,7 +29,7 @@ using MonitorProgress = std::function<void(double share)>;
 struct FittedMonitor {
   codegen::Monitor monitor;
   GateReport gate;
-  std::vector<std::string> notes;  ///< lines on the time constant and the rate, if they are unusual
+  std::vector<std::string> notes;  ///< lines on the time constant, the rate and the arming, if they are unusual
   /// Statistics that are not watched, because they cannot reach their limit, or reach it in training.
   std::vector<std::string> unwatched;
 };
@@ -40,9 +40,9 @@ struct FittedMonitor {
 ///   follows an exponential tail beyond the largest 0.5 %. All limits are then scaled together, so that all alarms
 ///   together have the stated rate
 ///   clean   runs without noise, if there is a plant: smaller prediction errors are not significant
-///   trial   runs that only set the arming time: the error of x_hat must be at most twice its later size, after at
-///   least one and at most three time constants. A gate that increases the error on them is not shipped
-///   (gate_trial.h)
+///   trial   runs that only set the arming time: after starts and after restarts in the middle of the runs, the error
+///   of x_hat must be at most twice its settled size. It is at least one time constant, and at most three or a quarter
+///   of the shortest run, whichever is longer. A gate that increases the error on them is not shipped (gate_trial.h)
 /// Throws codegen::Error if runs are too few or too short.
 FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
                           const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,

@@ -69,10 +69,16 @@ double ErrorSum::rms() const {
   return weight > 0.0 ? std::sqrt(squares / weight) : 0.0;
 }
 
+ErrorSum& ErrorSum::operator+=(const ErrorSum& other) {
+  squares += other.squares;
+  weight += other.weight;
+  return *this;
+}
+
 ErrorSum error_sum(const codegen::Model& model, const FlownRun& run, const MatrixXd& x_hat, const VectorXd& deviations,
-                   Index first) {
+                   Index first, Index end) {
   ErrorSum sum;
-  for (Index k = first; k < run.samples(); ++k) {
+  for (Index k = first; k < std::min(end, run.samples()); ++k) {
     if (run.weight(k) == 0.0 || !run.states.col(k).allFinite()) continue;
     for (Index i = 0; i < run.states.rows(); ++i) {
       const double turn = model.states[static_cast<std::size_t>(i)].wrap;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "codegen/model/model.h"
@@ -32,13 +33,16 @@ std::vector<FlownRun> flown_runs(const Dataset& logs, Eigen::Index most);
 /// equal weight.
 Eigen::VectorXd state_deviations(const std::vector<FlownRun>& runs);
 
-/// Sum of the squared errors of x_hat in deviations, from sample `first` on. Errors of angles are at most half a turn.
+/// Sum of the squared errors of x_hat in deviations, from sample `first` to sample `end` - 1 or to the last one. Errors
+/// of angles are at most half a turn.
 struct ErrorSum {
   double squares = 0.0, weight = 0.0;
   double rms() const;
+  ErrorSum& operator+=(const ErrorSum& other);
 };
 ErrorSum error_sum(const codegen::Model& model, const FlownRun& run, const Eigen::MatrixXd& x_hat,
-                   const Eigen::VectorXd& deviations, Eigen::Index first = 0);
+                   const Eigen::VectorXd& deviations, Eigen::Index first = 0,
+                   Eigen::Index end = std::numeric_limits<Eigen::Index>::max());
 
 /// Runs the observer over a run, with the gate of the monitor.
 codegen::WatchedRun fly(const codegen::Model& model, const codegen::Monitor& monitor, const FlownRun& run);

@@ -103,7 +103,7 @@ double rms(const codegen::Model& model, const Monitor& monitor, const std::vecto
     sums[i] = error_sum(model, runs[i], fly(model, monitor, runs[i]).run.x_hat, deviations);
   });
   ErrorSum all;
-  for (const ErrorSum& sum : sums) all.squares += sum.squares, all.weight += sum.weight;
+  for (const ErrorSum& sum : sums) all += sum;
   return all.rms();
 }
 
