@@ -276,7 +276,7 @@ QuantisedModel quantise(const Model& m, const FoldedModel& folded) {
   const InputBox box = input_box(m, folded);
   const FoldedNetwork& map = *folded.inverse_map();
   QuantisedModel q{quantise(map, box, largest_activations(*inverse_map(m), map, box))};
-  if (module_of(m).has_gated_units()) q.units = quantised_units(m, folded);
+  if (module_of(m).gated_units(m) == m.nz()) q.units = quantised_units(m, folded);
   return q;
 }
 

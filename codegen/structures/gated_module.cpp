@@ -173,7 +173,7 @@ class GatedModule final : public StructureModule {
   }
   Network* inverse_map(Model& m) const override { return &own_part<Gated>(m).inverse_map; }
   bool computes_outputs() const override { return true; }
-  bool has_gated_units() const override { return true; }
+  Eigen::Index gated_units(const Model& m) const override { return m.nz(); }
   bool reads_stalenesses() const override { return true; }
   std::optional<Eigen::VectorXd> latent_limit(const Model& m) const override { return Eigen::VectorXd::Ones(m.nz()); }
   std::optional<Contraction> contraction(const Model& m) const override {

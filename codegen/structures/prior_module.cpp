@@ -328,6 +328,12 @@ class PriorModule final : public StructureModule {
   Network* inverse_map(Model& m) const override { return &own_part<Prior>(m).inverse_map; }
   bool reads_stalenesses() const override { return true; }
   bool has_known_equations() const override { return true; }
+  Index gated_units(const Model& m) const override { return units_of(m); }
+  std::optional<VectorXd> latent_limit(const Model& m) const override {
+    VectorXd limit(m.nz());
+    limit << VectorXd::Ones(units_of(m)), largest_carried(own_part<Prior>(m));
+    return limit.cwiseMax(m.initial_latent.cwiseAbs());
+  }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
     return std::make_unique<PriorDynamics<float>>(m, a);

@@ -66,8 +66,8 @@ class StructureModule {
   virtual bool estimates_directions(const Model&) const { return false; }
   /// Returns true if the latent system has the equations of the plant.
   virtual bool has_known_equations() const { return false; }
-  /// Returns true if a step only evaluates `gates` and `candidate`.
-  virtual bool has_gated_units() const { return false; }
+  /// Returns the number of gated units, which are the first coordinates of z.
+  virtual Eigen::Index gated_units(const Model&) const { return 0; }
   /// Returns true if a step may overflow, so that its status may be kDiverged.
   virtual bool may_diverge() const { return false; }
   /// Returns true if a model may have Model::saturation.
@@ -88,7 +88,7 @@ class StructureModule {
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
   virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;
 
-  /// Returns dynamics with gated units in integers, which must outlive the result. Only if has_gated_units().
+  /// Returns dynamics with gated units in integers, which must outlive the result. Only if all of z are gated units.
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_integers(const Model&, const QuantisedUnits&) const {
     return nullptr;
   }

@@ -6,11 +6,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <string>
 
 #include "codegen/model_file/model_file.h"
+#include "codegen/replay/reference_observer.h"
+#include "codegen/structures/structure_module.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::trainer {
@@ -75,6 +79,30 @@ TEST(Certificate, GatedUnitsHaveARateIfTheirWeightsProveOne) {
   const CertificateRow open = row_of(certify(codegen::gated_model(), quick()), "contraction");
   EXPECT_TRUE(std::isnan(open.bound));
   EXPECT_THAT(open.note, HasSubstr("not proven"));
+}
+
+TEST(Certificate, StatesAndCovarianceOfAPriorStayWithinTheirBoundsForReadingsAtTheEndsOfTheirRanges) {
+  const Model model = codegen::prior_model();
+  const Certificate certificate = certify(model, quick());
+  const Eigen::Index units = codegen::module_of(model).gated_units(model);
+  Eigen::VectorXd bound = Eigen::VectorXd::Constant(model.nz(), row_of(certificate, "latent").bound);
+  for (Eigen::Index i = units; i < model.nz(); ++i)
+    bound(i) = row_of(certificate, "latent.z" + std::to_string(i + 1)).bound;
+  std::mt19937_64 engine(1);
+  codegen::ReferenceObserver<double> observer(model);
+  double fullest = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    const auto end = [&](const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
+      return Eigen::VectorXd(low.binaryExpr(high, [&](double a, double b) { return engine() % 2 == 0 ? a : b; }));
+    };
+    observer.step(end(model.output_min, model.output_max), end(model.input_min, model.input_max));
+    const Eigen::VectorXd share = observer.latent().cwiseAbs().cwiseQuotient(bound);
+    ASSERT_LE(share.maxCoeff(), 1.0 + 1e-12) << "sample " << k;  // rounding of the quotient
+    fullest = std::max(fullest, share.maxCoeff());
+  }
+  EXPECT_EQ(fullest, 1.0) << "the readings never pushed a state to its limit, so this test could not fail";
+  for (const codegen::Channel& state : model.states)
+    EXPECT_TRUE(std::isfinite(row_of(certificate, "estimate." + state.name).bound)) << state.name;
 }
 
 TEST(Certificate, LipschitzConstantOfTheShippedModelIsWithinThirtyPerCentOfTheSteepestSlope) {

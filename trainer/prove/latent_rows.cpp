@@ -82,19 +82,35 @@ double largest_growth(const codegen::Model& m, const VectorXd& metric, std::uint
   return largest;
 }
 
+/// Returns a row for all gated units, and one for each other coordinate.
+CertificateRows limit_rows(const codegen::Model& model, const VectorXd& limit) {
+  const Index units = codegen::module_of(model).gated_units(model);
+  CertificateRows rows;
+  if (units > 0) {
+    CertificateRow row;
+    row.id = "latent";
+    row.what = "largest |z_i| of all units for any measurements";
+    row.bound = limit.head(units).maxCoeff();
+    row.note = "proven from the equations: each unit moves towards a value within the bound and never past it";
+    rows.push_back(std::move(row));
+  }
+  for (Index i = units; i < limit.size(); ++i) {
+    CertificateRow row;
+    row.id = fmt::format("latent.z{}", i + 1);
+    row.what = fmt::format("|z{}| for any measurements", i + 1);
+    row.bound = limit(i);
+    row.note = "each step limits this coordinate to the range in the model file";
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 }  // namespace
 
 CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) {
   constexpr const char* kWhat = "reachable z for any measurements";
   const auto limit = codegen::module_of(model).latent_limit(model);
-  if (limit) {
-    CertificateRow row;
-    row.id = "latent";
-    row.what = "largest |z_i| of all units for any measurements";
-    row.bound = limit->maxCoeff();
-    row.note = "proven from the equations: each unit moves towards a value within the bound and never past it";
-    return {row};
-  }
+  if (limit) return limit_rows(model, *limit);
   if (!moves_linearly(model))
     return {absent_row(
         "latent", kWhat,

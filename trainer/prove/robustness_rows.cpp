@@ -16,11 +16,11 @@
 namespace nlo::trainer {
 
 std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options) {
+  if (!moves_linearly(model) || codegen::inverse_map(model) == nullptr || model.nu() > 0)
+    return fmt::format("the proof covers KKL observers without inputs, but this model has structure {}{}",
+                       codegen::structure_name(model), model.nu() > 0 ? " and inputs" : "");
   if (options.experiment == nullptr || !options.experiment->plant)
     return "the proof needs the plant's equations: train with a [plant] section";
-  if (!moves_linearly(model) || codegen::inverse_map(model) == nullptr || model.nu() > 0)
-    return fmt::format("the proof covers KKL observers without inputs, but this model has structure {}",
-                       codegen::structure_name(model));
   if (const std::string why = reason_against_map(model); !why.empty()) return why;
   if (!PlantChannels(*options.experiment->plant, *make_plant(*options.experiment->plant)).plain())
     return "the proof needs all states of the plant as they are, but this observer estimates sines and cosines of "
