@@ -426,6 +426,35 @@ TEST(Prior, WithoutUnitsItIsTheTunedFilterFromWhichTrainingStarts) {
       << "training equals flight";
 }
 
+/// Returns the first variance of the position over that of the velocity, each relative to the variance of the state,
+/// after tuning on oscillations of random amplitudes that begin at this phase in every run.
+double first_variances(double phase) {
+  Dataset data = harmonics(std::vector<int>(8, 120), false);
+  std::mt19937 engine(11);
+  std::normal_distribution<double> amplitude(0.0, 1.0), noise(0.0, 0.2);
+  double squares[2] = {};
+  for (Trajectory& run : data.trajectories) {
+    const double rate = std::sqrt(3.5), size = amplitude(engine);
+    for (Eigen::Index k = 0; k < run.states.cols(); ++k) {
+      const double angle = rate * run.time_s(k) + phase;
+      run.states.col(k) << size * std::sin(angle), size * rate * std::cos(angle);
+      run.outputs(0, k) = run.states(0, k) + noise(engine);
+      for (int i = 0; i < 2; ++i) squares[i] += run.states(i, k) * run.states(i, k);
+    }
+  }
+  Experiment experiment = prior_experiment("", 0);
+  experiment.inverse_map.hidden = {};
+  experiment.inverse_map.readout = ReadoutChoice::kNetwork;
+  experiment.training.steps = 0;
+  const Eigen::VectorXd z = train(experiment, data, data, {}).model.initial_latent;
+  return (z(2) / squares[0]) / (z(4) / squares[1]);
+}
+
+TEST(Prior, TuningSetsTheFirstVarianceOfEachStateByItself) {
+  EXPECT_LT(first_variances(0.0), 0.1) << "each run begins at position 0, with another velocity";
+  EXPECT_GT(first_variances(1.5707963), 10.0) << "each run begins at another position, with velocity 0";
+}
+
 TEST(Prior, WithoutUnitsOnlyTheInverseMapLearns) {
   const Dataset data = harmonics({60, 90, 75}, false);
   const TrainingResult result = train(prior_experiment("", 0), data, data, {});

@@ -174,20 +174,20 @@ class PriorStructure final : public TrainableStructure {
   }
 
   /// The tuned constants are a factor on the noise of all states, the noise variances of the states and of the outputs,
-  /// and the scale of the first covariance.
+  /// and the first variances of the states.
   int tuned_constants(const ObserverStructure& structure) const override {
     const PriorSetting& own = structure.own.get<PriorSetting>();
-    return 1 + own.nx() + own.ny() + 1;
+    return 1 + own.nx() + own.ny() + own.nx();
   }
 
   void multiply_constants(ObserverStructure& structure, const Eigen::VectorXd& factors) const override {
     PriorSetting& own = structure.own.set<PriorSetting>();
-    const int outputs = 1 + own.nx(), start = outputs + own.ny();
+    const int outputs = 1 + own.nx(), first = outputs + own.ny();
     for (int i = 0; i < own.nx(); ++i) own.state_noise[static_cast<std::size_t>(i)] *= factors(0) * factors(1 + i);
     for (int j = 0; j < own.ny(); ++j) own.output_noise[static_cast<std::size_t>(j)] *= factors(outputs + j);
-    for (int i = own.nx(); i < own.carried(); ++i) {
-      const auto row = static_cast<std::size_t>(i);
-      own.start[row] = std::clamp(own.start[row] * factors(start), own.low[row], own.high[row]);
+    for (int i = 0; i < own.nx(); ++i) {
+      const auto row = static_cast<std::size_t>(own.equations.place(i, i));
+      own.start[row] = std::clamp(own.start[row] * factors(first + i), own.low[row], own.high[row]);
     }
   }
 
