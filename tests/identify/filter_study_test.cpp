@@ -65,7 +65,7 @@ TEST(FilterStudy, StartsAtTheGivenTimes) {
 }
 
 /// The rate is measured; the initial angle may be anywhere, which the initial deviation declares.
-FilterStudy study_of_hidden_angle(double initial_deviation) {
+Identification identification_of_hidden_angle(double initial_deviation) {
   std::string text = test::kPendulumIdentification;
   const auto replace = [&](const std::string& old, const std::string& by) {
     text.replace(text.find(old), old.size(), by);
@@ -76,8 +76,11 @@ FilterStudy study_of_hidden_angle(double initial_deviation) {
   replace("initial_deviation = [1.0", fmt::format("initial_deviation = [{}", initial_deviation));
   replace("role = \"output\"\nwrap", "role = \"state\"\nwrap");
   replace("name = \"rate\"\nrole = \"state\"", "name = \"rate\"\nrole = \"output\"");
-  const Identification identification =
-      parse_identification(text, "hidden.toml", {"evaluation.windows=[{ name = \"settled\", from_s = 1.0 }]"});
+  return parse_identification(text, "hidden.toml", {"evaluation.windows=[{ name = \"settled\", from_s = 1.0 }]"});
+}
+
+FilterStudy study_of_hidden_angle(double initial_deviation) {
+  const Identification identification = identification_of_hidden_angle(initial_deviation);
   LogSplits splits;
   std::mt19937_64 engine(5);
   int runs = 0;
@@ -97,9 +100,21 @@ FilterStudy study_of_hidden_angle(double initial_deviation) {
                        resolve_columns(identification.log), pool);
 }
 
+constexpr double kAnywhere = 1.8137993642;  // 2 pi / sqrt(12), standard deviation of a uniform angle
+
+TEST(FilterStudy, AnAngleIsHiddenIfNoOutputMeasuresItAndItMayStartAnywhere) {
+  const auto hidden = [](const Identification& identification) {
+    return hidden_angles(identification, resolve_columns(identification.log).state_channels);
+  };
+  const auto found = hidden(identification_of_hidden_angle(1.001 * kAnywhere));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].state, 0);
+  EXPECT_TRUE(hidden(identification_of_hidden_angle(0.999 * kAnywhere)).empty());
+  EXPECT_TRUE(hidden(pendulum_identification({"identify.initial_deviation=[9.0, 1.0]"})).empty()) << "it is measured";
+}
+
 TEST(FilterStudy, FindsAHiddenAngleFromAnyInitialValue) {
-  const double anywhere = 2.0 * 3.141592653589793 / std::sqrt(12.0);  // standard deviation of a uniform angle
-  const FilterStudy bank = study_of_hidden_angle(1.001 * anywhere), one = study_of_hidden_angle(0.999 * anywhere);
+  const FilterStudy bank = study_of_hidden_angle(1.001 * kAnywhere), one = study_of_hidden_angle(0.999 * kAnywhere);
   for (const char* filter : {"ekf", "ukf"}) {
     EXPECT_LT(settled_rmse(bank, filter), 0.02) << filter << ", measured: .0116 and .0103 rad";
     EXPECT_GT(settled_rmse(one, filter), 2.0 * settled_rmse(bank, filter))

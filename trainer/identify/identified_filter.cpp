@@ -34,6 +34,10 @@ MatrixXd rows_of(const MatrixXd& all, const std::vector<Index>& rows) {
   return result;
 }
 
+Index state_row(const PlantConfig& plant, const std::string& name) {
+  return std::ranges::find(plant.states, name) - plant.states.begin();
+}
+
 double noise_of(const Identification& identification, const std::string& output) {
   for (const auto& [name, deviation] : identification.identify.noise)
     if (name == output) return deviation;
@@ -41,6 +45,22 @@ double noise_of(const Identification& identification, const std::string& output)
 }
 
 }  // namespace
+
+std::vector<HiddenAngle> hidden_angles(const Identification& identification,
+                                       const std::vector<Channel>& logged_states) {
+  std::vector<HiddenAngle> hidden;
+  for (std::size_t i = 0; i < logged_states.size(); ++i) {
+    const Channel& state = logged_states[i];
+    const Index row = state_row(identification.plant, state.name);
+    const std::vector<std::string>& outputs = identification.plant.output_names;
+    const bool is_measured = std::ranges::find(outputs, state.name) != outputs.end();
+    const double anywhere = state.wrap / std::sqrt(12.0);  // deviation of a uniform distribution over the turn
+    if (state.wrap > 0.0 && !is_measured &&
+        identification.identify.initial_deviation[static_cast<std::size_t>(row)] >= anywhere)
+      hidden.push_back({row, static_cast<Index>(i), state.wrap});
+  }
+  return hidden;
+}
 
 IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorXd p, const Dataset& logs)
     : identification_(identification), p_(std::move(p)) {
@@ -54,16 +74,10 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
   for (const std::string& input : plant.inputs) input_rows_.push_back(logged_row(logs.inputs, input));
   state_wraps_ = VectorXd::Zero(static_cast<Index>(plant.states.size()));
   for (const Channel& state : logs.states) {
-    const Index row = std::find(plant.states.begin(), plant.states.end(), state.name) - plant.states.begin();
-    const bool measured =
-        std::find(plant.output_names.begin(), plant.output_names.end(), state.name) != plant.output_names.end();
-    const double anywhere = state.wrap / std::sqrt(12.0);  // deviation of a uniform distribution over the turn
-    const double deviation = identification.identify.initial_deviation[static_cast<std::size_t>(row)];
-    state_wraps_[row] = state.wrap;
-    if (state.wrap > 0.0 && !measured && deviation >= anywhere)
-      hidden_.push_back({row, static_cast<Index>(state_rows_.size()), state.wrap});
-    state_rows_.push_back(row);
+    state_rows_.push_back(state_row(plant, state.name));
+    state_wraps_[state_rows_.back()] = state.wrap;
   }
+  hidden_ = hidden_angles(identification, logs.states);
   if (hidden_.empty()) return;
   // Starts around one angle; largest number of starts (at least two for each angle).
   constexpr double kAround = 16.0, kMost = 64.0;

@@ -13,6 +13,17 @@
 
 namespace nlo::trainer {
 
+/// An angle that no output measures, and whose initial deviation covers its whole turn.
+struct HiddenAngle {
+  Eigen::Index state;    ///< row among the states of the plant
+  Eigen::Index log_row;  ///< row among the logged states
+  double wrap;           ///< its turn
+};
+
+/// Returns the hidden angles among the logged states.
+std::vector<HiddenAngle> hidden_angles(const Identification& identification,
+                                       const std::vector<codegen::Channel>& logged_states);
+
 class IdentifiedFilter {
  public:
   /// Makes a filter for the plant with parameters `p` on logs with the channels of `logs`.
@@ -36,12 +47,6 @@ class IdentifiedFilter {
   StepCost step_cost(PointSet kind, double period_s) const;
 
  private:
-  /// An angle that no output measures, whose initial deviation covers its whole turn.
-  struct HiddenAngle {
-    Eigen::Index state, log_row;
-    double wrap;
-  };
-
   LanePlant make_plant() const;
   /// Returns the initial states of the bank for a run, n_x x members.
   Eigen::MatrixXd starts(const Trajectory& run) const;

@@ -24,6 +24,7 @@
 #include "trainer/experiments/load_identification.h"
 #include "trainer/experiments/prior_experiment.h"
 #include "trainer/identify/identification_text.h"
+#include "trainer/identify/identified_filter.h"
 #include "trainer/judge/evaluation/text.h"
 
 namespace nlo::trainer {
@@ -70,6 +71,20 @@ void check_result_file(const std::string& file, const std::string& name, bool fo
       owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
 }
 
+/// Returns a line for the user if one filter may settle at a wrong angle, else nothing.
+std::string note_about_hidden_angles(const Identification& identification) {
+  std::vector<std::string> names;
+  for (const HiddenAngle& angle : hidden_angles(identification, resolve_columns(identification.log).state_channels))
+    names.push_back(identification.plant.states[static_cast<std::size_t>(angle.state)]);
+  if (names.empty()) return {};
+  return fmt::format(
+      "note: no output measures {0}, which may start anywhere. This observer is one filter, and one filter may settle\n"
+      "      at a wrong angle and stay there; the EKF and the UKF of this program start several times around {0}. "
+      "Also\n"
+      "      train an observer from the logs alone, without [plant] and structure, and compare both on test logs.\n",
+      fmt::join(names, " and "));
+}
+
 /// Writes the experiment of a prior. Returns lines for the user: the command that trains it, or the reason why there is
 /// no file. A file with another text, which a user may have edited, is kept unless `force` is set.
 std::string write_prior(const std::string& file, const Identification& identification,
@@ -92,7 +107,8 @@ std::string write_prior(const std::string& file, const Identification& identific
   if (!arguments.force && std::filesystem::exists(file, ignored) && codegen::read_file(file) != text)
     return fmt::format("kept: {}, because it has been changed; --force replaces it\n", file);
   codegen::write_file_atomically(file, text);
-  return fmt::format("written: {}, an observer that steps these equations. Train it with\n  {}\n", file, train);
+  return fmt::format("written: {}, an observer that steps these equations. Train it with\n  {}\n{}", file, train,
+                     note_about_hidden_angles(identification));
 }
 
 void run_identify(const IdentifyArguments& arguments) {
