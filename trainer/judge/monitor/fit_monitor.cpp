@@ -296,7 +296,7 @@ constexpr double kSettled = 2.0;  // largest such error of an estimate that has 
 ///     three time constants count, because the plant may move more at the beginning of its runs
 ///   - after restarts in the middle of the runs, it is at most twice that error, or twice the error in the same samples
 ///     of the observer that was not restarted
-/// If no quarter does, it is three time constants or a quarter of the shortest run, whichever is longer. It is one time
+/// If no quarter does, it is three time constants or half of the shortest run, whichever is longer. It is one time
 /// constant without runs.
 Settled settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
   constexpr Index kQuarters = 4, kStartQuarters = 12;
@@ -304,7 +304,7 @@ Settled settled_after(const codegen::Model& model, const std::vector<FlownRun>& 
   const Index length = std::max<Index>(1, block / kQuarters);
   Index shortest = runs.front().samples();
   for (const FlownRun& run : runs) shortest = std::min(shortest, run.samples());
-  const Index most = std::max(kStartQuarters, shortest / 4 / length);
+  const Index most = std::max(kStartQuarters, shortest / 2 / length);
 
   const VectorXd deviations = state_deviations(runs);
   const ObserverRun observer = observer_run(model, runs.front().time_s.size() == 0);
