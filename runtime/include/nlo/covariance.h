@@ -41,11 +41,17 @@ NLO_INLINE Scalar noise_of(Scalar c) {
 template <Arithmetic kArithmetic, int n, class Scalar>
 NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, bool arrived, Scalar (&change)[n],
                             Scalar* p) {
-  Scalar ph[n], spread = Scalar(0), rest = nu;
+  // Both loops over P read its triangle in the stored order, because computing the index of an element takes longer
+  // than its product. Each sum of P h adds its terms in the order of the columns.
+  Scalar ph[n]{}, spread = Scalar(0), rest = nu;
+  const Scalar* stored = p;
   for (int i = 0; i < n; ++i) {
-    Scalar sum = Scalar(0);
-    for (int j = 0; j < n; ++j) sum = multiply_add<kArithmetic>(p[in_triangle(n, i, j)], slopes[j], sum);
-    ph[i] = sum;
+    ph[i] = multiply_add<kArithmetic>(*stored++, slopes[i], ph[i]);
+    for (int j = i + 1; j < n; ++j) {
+      const Scalar element = *stored++;
+      ph[i] = multiply_add<kArithmetic>(element, slopes[j], ph[i]);
+      ph[j] = multiply_add<kArithmetic>(element, slopes[i], ph[j]);
+    }
   }
   for (int i = 0; i < n; ++i) {
     spread = multiply_add<kArithmetic>(slopes[i], ph[i], spread);
@@ -58,10 +64,7 @@ NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, bool 
   for (int i = 0; i < n; ++i) {
     const Scalar gain = rounded<Scalar>(ph[i] * share);
     change[i] = multiply_add<kArithmetic>(gain, rest, change[i]);
-    for (int j = i; j < n; ++j) {
-      Scalar& element = p[in_triangle(n, i, j)];
-      element = multiply_add<kArithmetic>(-gain, ph[j], element);
-    }
+    for (int j = i; j < n; ++j, ++p) *p = multiply_add<kArithmetic>(-gain, ph[j], *p);
   }
 }
 
