@@ -11,6 +11,7 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   CppCost cost;
   cost.step_multiply_adds = structure.step_multiply_adds();
   cost.step_activations = structure.step_activations();
+  cost.further_instructions = structure.further_instructions();
   cost.estimate_multiply_adds = structure.estimate_multiply_adds();
   cost.estimate_activations = structure.estimate_activations();
   // Sample period, output range, domain, the structure's own numbers, the networks.
@@ -30,8 +31,9 @@ CppCost cpp_cost(const PreparedExport& prepared) {
 }
 
 Microseconds cortex_m4_time(const CppCost& cost, double clock_mhz) {
-  const auto m = static_cast<double>(cost.multiply_adds()), a = static_cast<double>(cost.activations());
-  return {2.2 * m / clock_mhz, (4.3 * m + 30.0 * a + 3000.0) / clock_mhz};
+  const auto m = static_cast<double>(cost.multiply_adds()), a = static_cast<double>(cost.activations()),
+             e = static_cast<double>(cost.further_instructions);
+  return {2.2 * m / clock_mhz, (4.3 * m + 30.0 * a + 3000.0 + e) / clock_mhz};
 }
 
 }  // namespace nlo::codegen

@@ -14,8 +14,9 @@ namespace nlo::codegen {
 struct CppCost {
   Eigen::Index step_multiply_adds = 0, step_activations = 0;
   Eigen::Index estimate_multiply_adds = 0, estimate_activations = 0;
-  Eigen::Index constant_bytes = 0;  ///< sizeof(Model)
-  Eigen::Index observer_bytes = 0;  ///< sizeof(Observer) for pointers of 32 bits
+  Eigen::Index further_instructions = 0;  ///< of a step that integrates the plant's equations
+  Eigen::Index constant_bytes = 0;        ///< sizeof(Model)
+  Eigen::Index observer_bytes = 0;        ///< sizeof(Observer) for pointers of 32 bits
 
   Eigen::Index multiply_adds() const { return step_multiply_adds + estimate_multiply_adds; }
   Eigen::Index activations() const { return step_activations + estimate_activations; }
@@ -24,8 +25,9 @@ CppCost cpp_cost(const Model& model, const CppStructure& structure, const Initia
 CppCost cpp_cost(const PreparedExport& prepared);
 
 /// Bounds of the time [us] of a step and an estimate in float on a Cortex-M4 with an FPU:
-///   2.2 M / f  to  (4.3 M + 30 A + 3000) / f        M multiply-adds, A activations, f the clock [MHz]
-/// The instructions counted on an emulated core (docs/performance.md) are between 1.2 M and 1.3 M + 30 A + 3000 for
+///   2.2 M / f  to  (4.3 M + 30 A + 3000 + E) / f    M multiply-adds, A activations, E further_instructions,
+///                                                   f the clock [MHz]
+/// The instructions counted on an emulated core (docs/performance.md) are between 1.2 M and 1.3 M + 30 A + 3000 + E for
 /// both policies. Each weight takes one more cycle to load, and a multiply-add takes one to three cycles. Weights in a
 /// flash with 5 wait states per 16 bytes add up to 1.25 M / f.
 struct Microseconds {

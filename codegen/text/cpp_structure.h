@@ -39,6 +39,8 @@ class CppStructure {
   virtual Eigen::Index step_activations() const = 0;
   virtual Eigen::Index estimate_multiply_adds() const = 0;
   virtual Eigen::Index estimate_activations() const = 0;
+  /// Instructions of a step on a Cortex-M4 beyond its multiply-adds and activations (cortex_m4_time()).
+  virtual Eigen::Index further_instructions() const { return 0; }
   virtual Eigen::Index own_scalars() const = 0;  ///< number of constants beyond those of every structure, with padding
 };
 

@@ -271,6 +271,17 @@ TEST(CortexM4Time, BoundsTheCountedInstructionsOfEveryStructure) {
   }
 }
 
+TEST(CortexM4Time, BoundsTheCountedInstructionsOfAFilter) {
+  constexpr double kFast = 7490, kDeterministic = 8517;  // the row "filter" of docs/performance.md, the same model
+  CppCost cost = cpp_cost(PreparedExport(hidden_joint_model(), {}));
+  const auto m = static_cast<double>(cost.multiply_adds());
+  EXPECT_LE(2.0 * cortex_m4_time(cost, 2.0).least, kFast + m);
+  EXPECT_GE(2.0 * cortex_m4_time(cost, 2.0).most, kDeterministic + 3.0 * m);
+
+  cost.further_instructions = 0;  // the control: multiply-adds and activations are not enough for equations
+  EXPECT_LT(2.0 * cortex_m4_time(cost, 2.0).most, kDeterministic + 3.0 * m);
+}
+
 TEST(Replay, EqualsItsGoldenFile) {
   ExportOptions options;
   options.samples = 40;

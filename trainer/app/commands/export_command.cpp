@@ -48,10 +48,10 @@ std::string time_line(const codegen::PreparedExport& prepared, const ExportArgum
   const auto [least, most] = codegen::cortex_m4_time(cost, arguments.clock_mhz);
   return fmt::format(
       "a step with its estimate on a Cortex-M4 with an FPU at {:g} MHz: {:.3g} to {:.3g} us\n"
-      "  2.2 M / f to (4.3 M + 30 A + 3000) / f with M = {} multiply-adds, A = {} activations; --target "
+      "  2.2 M / f to (4.3 M + 30 A + {}) / f with M = {} multiply-adds, A = {} activations; --target "
       "selftest "
       "counts\n",
-      arguments.clock_mhz, least, most, cost.multiply_adds(), cost.activations());
+      arguments.clock_mhz, least, most, 3000 + cost.further_instructions, cost.multiply_adds(), cost.activations());
 }
 
 /// Measures the error and checks it. Throws Error if --max-error cannot be read.
