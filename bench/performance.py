@@ -22,6 +22,7 @@ ROWS = [
     ("gated, 32 units", "gated_32", ("gated float", "gated deterministic", "gated int16")),
     ("GRU of EdgeMark", None, ("gru float", "gru deterministic", "gru int16")),
     ("prior, 24 units", None, ("prior float", "prior deterministic", None)),
+    ("filter, 4 states", None, ("filter float", "filter deterministic", None)),
     ("carried vectors", None, ("carried float", "carried deterministic", None)),
     ("Luenberger, 2-50-2", None, ("luenberger float", "luenberger deterministic", None)),
     ("driven KKL, 3-32x2-2", None, ("driven float", "driven deterministic", None)),

@@ -19,8 +19,11 @@ rigs='qube qube example_csv_fin8.csv
 qube_noisy qube example_csv_fin8.csv
 qube_25hz qube example_csv_fin8.csv
 qube_arm qube example_csv_fin8.csv
+qube_prior qube example_csv_fin8.csv
 double_pendulum double_pendulum trajectory_03.csv
 double_pendulum_joint1 double_pendulum trajectory_03.csv
+double_pendulum_prior double_pendulum trajectory_03.csv
+double_pendulum_joint1_prior double_pendulum trajectory_03.csv
 battery battery *degC_Mixed7.csv
 car car rubber_17.csv free_02.csv'
 

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   using namespace nlo::codegen;
   try {
     std::vector<Model> models = example_models();
-    if (argc > 1) models.insert(models.end(), {large_model(), mixed_model(), encoder_model()});
+    if (argc > 1) models.insert(models.end(), {large_model(), mixed_model(), encoder_model(), hidden_joint_model()});
     const bool is_file = argc > 1 && std::string_view(argv[1]).ends_with(".json");
     if (is_file) models = {read_model(argv[1])};
     for (Model& model : models) {
