@@ -67,6 +67,13 @@ TEST(ComparedRuns, DifferOnlyByTheCondition) {
   EXPECT_EQ(truth(runs_under(process), 1).col(0), truth(plain, 1).col(0));
   EXPECT_GT((truth(runs_under(process), 1) - truth(plain, 1)).norm(), 0.1);
 
+  Experiment shared = test::van_der_pol();
+  shared.simulation.process_noise = {0.2, 0.2};
+  shared.simulation.process_noise_share = 0.0;
+  EXPECT_EQ(truth(compared_runs(nominal_experiment(shared), process, SeedStream::kTest, 3, 2, 4), 1),
+            truth(runs_under(process), 1))
+      << "a condition has its process noise in all runs, whatever their share in training";
+
   Condition box;
   box.box_scale = 2.0;
   EXPECT_LE((truth(runs_under(box), 7).col(0) - 2.0 * truth(plain, 7).col(0)).norm(), 1e-12);

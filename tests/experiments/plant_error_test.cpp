@@ -193,6 +193,11 @@ TEST(ExcitationErrors, AskForProcessNoiseOfEachState) {
   EXPECT_THAT(error_of(with_noise("[0.1, -0.1]")), StartsWith("e.toml:10: [simulation] process_noise[1] is -0.1"));
   EXPECT_THAT(error_of(with(with_noise("[0, 0.1]"), "steps = 10", "transient = \"backward\"")),
               HasSubstr("but there is [simulation] process_noise"));
+  EXPECT_EQ(error_of(with_noise("[0, 0.1]\nprocess_noise_share = 0.5")), "no error");
+  EXPECT_THAT(error_of(with_noise("[0, 0.1]\nprocess_noise_share = 1.5")),
+              StartsWith("e.toml:11: [simulation] process_noise_share is 1.5"));
+  EXPECT_THAT(error_of(with(kPlantExperiment, "trajectories = 4", "trajectories = 4\nprocess_noise_share = 0.5")),
+              StartsWith("e.toml:10: [simulation] process_noise_share has no effect without process_noise; give"));
   const Experiment once = parse_experiment(with_noise("[0, 0.1]"), "e.toml");
   EXPECT_THAT(parse_experiment(once.source_text, "again").simulation.process_noise, ElementsAre(0.0, 0.1));
 }

@@ -184,6 +184,39 @@ TEST(SimulateRuns, ProcessNoiseOnALagSettlesAtItsStationaryVariance) {
   EXPECT_NEAR(square / 2000, variance, 4.0 * 0.032 * variance);
 }
 
+TEST(SimulateRuns, ProcessNoiseActsOnItsShareOfTheRunsAndChangesNoOtherRun) {
+  constexpr int kRuns = 200;
+  const Dataset none = runs_of(experiment(kLag, {"simulation.process_noise=[0]"}), kRuns);
+  const Dataset all = runs_of(experiment(kLag, {"simulation.process_noise=[0.5]"}), kRuns);
+  for (const double share : {0.0, 0.25, 0.5, 1.0}) {
+    const Experiment e =
+        experiment(kLag, {"simulation.process_noise=[0.5]", "simulation.process_noise_share=" + std::to_string(share)});
+    const Dataset some = runs_of(e, kRuns);
+    int noisy = 0;
+    for (std::size_t i = 0; i < kRuns; ++i) {
+      const bool has_noise = e.simulation.has_process_noise(i);
+      noisy += has_noise;
+      ASSERT_EQ(some.trajectories[i].states, (has_noise ? all : none).trajectories[i].states) << share << " " << i;
+      ASSERT_NE(all.trajectories[i].states, none.trajectories[i].states) << "control";
+    }
+    EXPECT_NEAR(noisy, share * kRuns, 4.0);
+  }
+}
+
+// The noises of a mixture and closed loops repeat after a few runs. Each place of such a pattern has the share.
+TEST(SimulateRuns, TheShareWithProcessNoiseIsTheSameInEveryPeriodicSelectionOfRuns) {
+  SimulationConfig simulation;
+  simulation.process_noise = {0.1};
+  simulation.process_noise_share = 0.25;
+  constexpr int kChosen = 1000;
+  for (std::uint64_t period = 1; period <= 32; ++period)
+    for (std::uint64_t place = 0; place < period; ++place) {
+      int noisy = 0;
+      for (std::uint64_t i = 0; i < kChosen; ++i) noisy += simulation.has_process_noise(place + i * period);
+      EXPECT_NEAR(noisy, 250, 16) << period << " " << place;
+    }
+}
+
 TEST(SimulateRuns, AGivenInputReplacesTheDrawnOne) {
   const Experiment e = experiment(kExcited);
   const auto plant = make_plant(*e.plant);

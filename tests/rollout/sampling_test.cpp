@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -63,6 +64,36 @@ TEST(Segments, AreMirroredWithProbabilityOneHalfOnlyIfTheKeyIsSet) {
   EXPECT_NEAR(mirrored, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws));
   EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each segment is drawn independently";
   for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
+}
+
+TEST(Segments, OfRunsWithProcessNoiseFormGroupsOfTheirOwn) {
+  constexpr int kSteps = 200;
+  constexpr std::size_t kGroups = 4;
+  static const TrainingData kData(testing::harmonics(std::vector<int>(40, 400), false));
+  const auto mixed_and_noisy = [](const std::string& share) {
+    const Experiment e = parse_experiment(with("trajectories_per_step = 32\n").source_text, "s.toml",
+                                          {"simulation.process_noise=[0.1, 0.1]", share});
+    SimulationConfig quarter = e.simulation;
+    quarter.process_noise_share = 0.25;
+    int mixed = 0;
+    std::array<int, kGroups> noisy{};
+    for (int step = 0; step < kSteps; ++step) {
+      const std::vector<Segment> segments = draw_segments(e, kData, step);
+      for (std::size_t g = 0; g < kGroups; ++g) {
+        int count = 0;
+        for (std::size_t i = 0; i < kGroup; ++i)
+          count += quarter.has_process_noise(static_cast<std::uint64_t>(segments[kGroup * g + i].run));
+        noisy[g] += count;
+        mixed += count > 0 && count < kGroup;
+      }
+    }
+    return std::pair(mixed, noisy);
+  };
+  const auto [mixed, noisy] = mixed_and_noisy("simulation.process_noise_share=0.25");
+  EXPECT_LE(mixed, kSteps) << "one group in a step has segments of both kinds";
+  // 25 % of 1600 segments. Whole groups of 8 are drawn, so the standard deviation is about sqrt(1600 * 8 * 0.19) = 49.
+  for (const int in_place : noisy) EXPECT_NEAR(in_place, 400, 200) << "no group of a step has them more often";
+  EXPECT_GT(mixed_and_noisy("simulation.process_noise_share=1").first, 3 * kSteps) << "control: not gathered";
 }
 
 TEST(Segments, RefuseKeysOfRandomSegmentsIfTheyAreNotRandom) {

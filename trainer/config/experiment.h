@@ -4,6 +4,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <map>
@@ -52,9 +54,19 @@ struct SimulationConfig {
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
   std::vector<std::vector<double>> initial_states;  ///< the initial states of a list, n_x each
   std::vector<double> process_noise;                ///< n_x, standard deviation per sqrt(s); empty: none
+  double process_noise_share = 1.0;  ///< share of the runs that have process noise, see has_process_noise
   // For simulated runs that are added to logs in training:
   NoiseConfig noise;    ///< noise of their sensors, drawn once for each run; logs contain their own noise
   double share = 0.35;  ///< share of the segments of a step
+
+  /// Returns true if run `run` of a simulated set has process noise. Among any N consecutive runs, about
+  /// process_noise_share * N runs have it, with a difference of at most four. The pattern has no period, so it is
+  /// independent of noises that alternate between runs.
+  bool has_process_noise(std::uint64_t run) const {
+    // Multiples of the golden ratio fill [0, 1) more evenly than random numbers (Weyl 1916).
+    const double turns = 0.6180339887498949 * static_cast<double>(run);
+    return !process_noise.empty() && turns - std::floor(turns) < process_noise_share;
+  }
 };
 
 /// [excitation]: the inputs of simulated trajectories, drawn for each trajectory and input (plants/drawn_inputs.h).

@@ -106,6 +106,10 @@ void check_excitation(const Experiment& e) {
                    fmt::format("[simulation] process_noise has {} numbers; the plant has {} states: give one for each, "
                                "and 0 for a state without noise",
                                given, plant->states().size()));
+  if (e.simulation.process_noise.empty() && e.simulation.process_noise_share != 1.0)
+    throw KeyError("simulation.process_noise_share",
+                   "[simulation] process_noise_share has no effect without process_noise; give process_noise a number "
+                   "for each state, or remove process_noise_share");
   if (!e.excitation) return;
   const ExcitationConfig& excitation = *e.excitation;
   if (plant->nu() == 0)

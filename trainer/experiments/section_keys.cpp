@@ -171,6 +171,8 @@ const std::vector<Key<SimulationConfig>>& keys() {
       key("initial_states", &S::initial_states, any(), "list: initial states, each used equally often"),
       key("process_noise", &S::process_noise, at_least(0),
           "standard deviation of white noise on dx/dt per sqrt(s), one for each state; if not given: none"),
+      only_when_given(key("process_noise_share", &S::process_noise_share, between(0, 1),
+                          "share of the runs that have process_noise; the other runs have none")),
       only_when_given(key("noise", &S::noise, any(),
                           "with [log]: noise of the sensors of simulated runs; a list: one for each output")),
       only_when_given(key("share", &S::share, share_below_one(),

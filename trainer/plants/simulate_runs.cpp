@@ -128,9 +128,11 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
     if (loop != nullptr) loop->close(k, set);
     x = codegen::rk4_step(
         x, h, [&](double c, const Eigen::MatrixXd& at) { return plant.driven_derivative(at, inputs(k, c)); });
-    for (Eigen::Index i = 0; i < batch.count; ++i)
+    for (Eigen::Index i = 0; i < batch.count; ++i) {
+      if (!experiment.simulation.has_process_noise(static_cast<std::uint64_t>(batch.first + i))) continue;
       for (Eigen::Index row = 0; row < deviation.size(); ++row)
         x(row, i) += deviation(row) * disturbances[static_cast<std::size_t>(i)].normal();
+    }
   }
 }
 

@@ -24,7 +24,7 @@ namespace nlo::trainer {
 PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed, std::uint64_t run);
 
 /// Simulates `count` runs from drawn initial states (initial_states.h), by RK4 at the sample period. After each step
-/// process noise adds N(0, sigma_i^2 h) to x_i.
+/// process noise adds N(0, sigma_i^2 h) to x_i, in the runs of SimulationConfig::has_process_noise().
 ///   experiment   has a [plant]
 ///   plant        its make_plant(), with the nominal parameters
 ///   engine_seed  initial_state_seed(seed, stream): determines the initial states and all other draws

@@ -49,6 +49,22 @@ void add_outages(const Experiment& experiment, const TrainingData& data, long st
   }
 }
 
+/// Moves the segments of runs with process noise into groups of their own, if only a share of the runs has it. A loss
+/// with reduction = "logarithm" has one logarithm for each group. In mixed groups the large errors of runs with
+/// process noise would set the weight of the other runs. The position of these groups is drawn, so that every noise of
+/// a mixture is equally frequent among them.
+void gather_process_noise(const Experiment& experiment, const TrainingData& data, Indices& random,
+                          std::vector<Segment>& segments) {
+  if (experiment.simulation.process_noise_share == 1.0 || segments.empty()) return;
+  const std::size_t first = data.simulated_share > 0.0 ? data.logged : 0;  // the first run that is simulated
+  std::ranges::stable_partition(segments, [&](const Segment& segment) {
+    const auto run = static_cast<std::size_t>(segment.run);
+    return run >= first && experiment.simulation.has_process_noise(run - first);
+  });
+  const int groups = (static_cast<int>(segments.size()) + kGroup - 1) / kGroup;
+  std::ranges::rotate(segments, segments.begin() + kGroup * random.below(groups));
+}
+
 /// Returns the length of a segment. Segments may be short in the first steps, because a long roll-out teaches little
 /// before the observer can follow a short one.
 double segment_length_s(const TrainingConfig& training, long step) {
@@ -93,6 +109,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
       if (training.first_share > 0.0 && random.unit() < static_cast<float>(training.first_share)) segment.start = 0;
       segments.push_back(segment);
     }
+    gather_process_noise(experiment, data, random, segments);
   }
   add_outages(experiment, data, step, segments);
   for (Segment& segment : segments) {

@@ -53,6 +53,7 @@ Experiment nominal_experiment(const Experiment& experiment) {
   Experiment nominal = experiment;
   nominal.plant->parameter_ranges.clear();
   nominal.simulation.process_noise.clear();
+  nominal.simulation.process_noise_share = 1.0;  // a condition with process noise has it in all runs
   if (!nominal.plant->model.empty()) nominal.plant->parameters = equations_of(*nominal.plant).parameters;
   nominal.source_text = format_experiment(nominal);  // changed_experiment() starts from it
   return nominal;

@@ -20,7 +20,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
 /// Returns an experiment without the random values of its training: nominal parameters, no process noise.
 Experiment nominal_experiment(const Experiment& experiment);
 
-/// Returns the condition "as_trained": sensors with `noise`, and the process noise of the training.
+/// Returns the condition "as_trained": sensors with `noise`, and the process noise of the training in all runs.
 Condition trained_condition(const Experiment& experiment, const NoiseConfig& noise);
 
 /// Returns `base`, which already has the condition's `changes`, with the parameters and the process noise of the
