@@ -81,9 +81,10 @@ constexpr auto random_gated_model() {
 /// A pendulum with friction, y = angle.
 struct PendulumEquations {
   static constexpr void derivative(const float (&x)[5], const float*, float (&dx)[5]) {
-    const float falls = rounded<float>(-9.81F * cosine(x[0]));
+    const auto circle0 = circle(x[0]);
+    const float falls = rounded<float>(-9.81F * circle0.cosine);
     dx[0] = x[1];
-    dx[1] = rounded<float>(-9.81F * sine(x[0])) - rounded<float>(0.1F * x[1]);
+    dx[1] = rounded<float>(-9.81F * circle0.sine) - rounded<float>(0.1F * x[1]);
     dx[2] = rounded<float>(2.0F * x[3]);
     dx[3] = x[4] + (rounded<float>(falls * x[2]) - rounded<float>(0.1F * x[3]));
     dx[4] = 2.0F * (rounded<float>(falls * x[3]) - rounded<float>(0.1F * x[4]));

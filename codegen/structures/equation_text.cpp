@@ -19,7 +19,8 @@
 namespace nlo::codegen {
 namespace {
 
-constexpr std::string_view kMinimum = "minimum", kMaximum = "maximum";
+constexpr std::string_view kMinimum = "minimum", kMaximum = "maximum", kSine = "sine", kCosine = "cosine",
+                           kCircle = "circle";
 
 /// The numbers of nlo/functions.h.
 template <class T>
@@ -60,14 +61,52 @@ std::map<std::string, std::string> numbers() {
           {"ATAN_TERMS", kSingle ? "8" : "19"}};
 }
 
+/// Returns the arguments of the calls of a function, in the order of the text.
+std::vector<std::string> arguments_of(const std::string& text, std::string_view function) {
+  std::vector<std::string> arguments;
+  const std::string head = fmt::format("{}(", function);
+  for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, at + 1)) {
+    if (at > 0 && std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0) continue;  // the end of a longer name
+    const std::size_t begin = at + head.size();
+    std::size_t end = begin;
+    for (int open = 1; open > 0; ++end) open += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
+    arguments.push_back(text.substr(begin, end - 1 - begin));
+  }
+  return arguments;
+}
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+}
+
 }  // namespace
 
 std::string EquationLines::derivative() const {
-  return lines(equations_.derivative().parts, "", true) + lines(equations_.derivative().rows, "dx", false);
+  return lines(equations_.derivative(), "dx");
 }
 
 std::string EquationLines::output() const {
-  return lines(equations_.output().parts, "", true) + lines(equations_.output().rows, "y", false);
+  return lines(equations_.output(), "y");
+}
+
+std::string EquationLines::lines(const SharedExpressions& shared, const char* left) const {
+  return with_circles(lines(shared.parts, "", true) + lines(shared.rows, left, false));
+}
+
+std::string EquationLines::with_circles(std::string text) const {
+  int circles = 0;
+  for (const std::string& argument : arguments_of(text, kSine)) {
+    const std::string cosine = fmt::format("{}({})", kCosine, argument);
+    if (text.find(cosine) == std::string::npos) continue;
+    const std::string sine = fmt::format("{}({})", kSine, argument), name = fmt::format("circle{}", circles++);
+    const std::size_t first_use = text.find(sine);  // this text is in that of the cosine, too
+    const std::size_t line = text.rfind('\n', first_use) + 1;
+    replace_all(text, cosine, name + ".cosine");
+    replace_all(text, sine, name + ".sine");
+    text.insert(line, fmt::format("{}const {} {} = {}({});\n", indent_, circle_type_, name, kCircle, argument));
+  }
+  return text;
 }
 
 std::string EquationLines::lines(const std::vector<Expression>& expressions, const char* left, bool parts) const {
@@ -87,21 +126,14 @@ std::string EquationLines::lines(const std::vector<Expression>& expressions, con
   return text;
 }
 
-std::set<std::string_view> functions_of(const Equations& equations) {
-  std::set<std::string_view> named;
-  const auto add = [&](const std::vector<Expression>& expressions) {
-    for (const Expression& expression : expressions)
-      for (const Expression::Node& node : expression.nodes()) {
-        if (node.kind == Expression::Kind::kFunction) named.insert(row_of(node.function).runtime);
-        if (node.kind == Expression::Kind::kMinimum) named.insert(kMinimum);
-        if (node.kind == Expression::Kind::kMaximum) named.insert(kMaximum);
-      }
+std::set<std::string_view> functions_called_in(const std::string& text) {
+  std::set<std::string_view> called;
+  const auto add = [&](std::string_view function) {
+    if (!arguments_of(text, function).empty()) called.insert(function);
   };
-  for (const SharedExpressions* shared : {&equations.derivative(), &equations.output()}) {
-    add(shared->parts);
-    add(shared->rows);
-  }
-  return named;
+  for (const FunctionRow& row : all_functions()) add(row.runtime);
+  for (const std::string_view function : {kMinimum, kMaximum, kCircle}) add(function);
+  return called;
 }
 
 std::string c99_functions(const std::set<std::string_view>& named, const Initialiser& init) {
@@ -115,7 +147,7 @@ std::string c99_functions(const std::set<std::string_view>& named, const Initial
   for (const FunctionRow& row : all_functions()) set(row.runtime);
   set(kMinimum);
   set(kMaximum);
-  values["CIRCLE"] = values["SINE"] + values["COSINE"];
+  values["CIRCLE"] = named.contains(kCircle) || named.contains(kSine) || named.contains(kCosine) ? "true" : "";
   return filled(embedded_text("c99/functions.c.in"), values);
 }
 

@@ -78,7 +78,7 @@ class PriorHeader final : public CppStructureBase {
     const auto function = [&](const std::string& head, const std::string& lines) {
       text += "  static constexpr void " + head + " {\n" + lines + "  }\n";
     };
-    const EquationLines lines(equations_, init_, "    ", [&](const std::string& product) {
+    const EquationLines lines(equations_, init_, "    ", "auto", [&](const std::string& product) {
       return fmt::format("rounded<{}>({})", scalar, product);
     });
     function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar,
@@ -357,10 +357,12 @@ class PriorModule final : public StructureModule {
     const Equations equations = prior_equations(source.model);
     const bool more = equations.nx() > source.model.nx();
     const bool learns = units_of(source.model) > 0, decays = learns || !source.model.failures.none();
-    std::set<std::string_view> functions = functions_of(equations);
+    const EquationLines lines(equations, init, "  ", "Circle",
+                              [](const std::string& product) { return "(" + product + ")"; });
+    const std::string derivative = lines.derivative(), output = lines.output();
+    std::set<std::string_view> functions = functions_called_in(derivative + output);
     const bool calls_tanh = learns || functions.contains("hyperbolic_tangent");
     if (learns) functions.insert("exponential");
-    const EquationLines lines(equations, init, "  ", [](const std::string& product) { return "(" + product + ")"; });
     std::map<std::string, std::string> values = {
         {"LATENT", "c99/prior.c.in"},
         {"BETWEEN", ""},
@@ -380,8 +382,8 @@ class PriorModule final : public StructureModule {
         {"INPUTS", std::to_string(source.model.inputs.size())},
         {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},
         {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
-        {"DERIVATIVE", lines.derivative()},
-        {"OUTPUT", lines.output()},
+        {"DERIVATIVE", derivative},
+        {"OUTPUT", output},
         {"OUTPUT_READS_INPUTS", equations.outputs_read_inputs() ? "true" : ""},
         {"FUNCTIONS", c99_functions(functions, init)},
         {"STATE_MIN", init.vector(own.state_min, "state_min")},

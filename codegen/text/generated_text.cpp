@@ -26,7 +26,7 @@ constexpr std::array kRuntimeNames = {
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoClockProducts", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "PriorModel", "PriorObserver", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "QuantisedUnits", "SampledObserver", "SensorFailures",
-    "SampledBatch", "Saturation", "StepStatus", "Tableau", "ReadingRange", "Rotation", "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced",
+    "SampledBatch", "Saturation", "SineAndCosine", "StepStatus", "Tableau", "ReadingRange", "Rotation", "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "all_below", "arc_tangent", "as_eigen", "between", "circle", "CircleFit", "cosine", "decay_minus_1", "discretise", "estrin", "evaluate_batch", "evaluate_inverse",
     "explicit_rk_step", "exponential", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "hyperbolic_tangent", "in_triangle", "integrate",
     "is_below", "is_finite", "is_reachable", "is_tanh", "jvp", "restart", "rotation_vector", "kConstantTime", "kComputed", "kEuler", "kHeldOnce", "kHeldBit", "kClampedBit", "kMostCounted", "kHeun", "kLargestInnovation", "kLeastNoise", "kMostPieces", "kMostRejected", "kNoLimit", "kOrdinaryDisagreement", "kRk4",

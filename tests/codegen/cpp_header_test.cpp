@@ -237,6 +237,18 @@ TEST(CppHeader, EqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(watched_model(), {})), "watched.h");
 }
 
+int count_of(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(CppHeader, ComputesTheSineAndTheCosineOfAnArgumentByOneCall) {
+  const std::string header = cpp_header(PreparedExport(hidden_joint_model(), {}));
+  EXPECT_EQ(count_of(header, " = circle("), 3) << "of both angles and of their sum";
+  EXPECT_EQ(count_of(header, "sine("), 0);  // "cosine(", too
+}
+
 TEST(CppHeader, ForADrivenObserverEqualsItsGoldenFile) {
   expect_golden(cpp_header(PreparedExport(driven_model(), {})), "driven.h");
 }

@@ -713,7 +713,7 @@ Model prior_functions_model() {
   EquationTexts& equations = std::get<Prior>(m.structure).equations;
   equations.derivative = {"x2 + 0.1 * sin(x1) * sin(x1) - 0.2 * sqrt(max(x1, 0)) - 0.1 * min(x2, 0.5, 2 * x1)",
                           "(-3 * sin(x1) - b * x2 * abs(x2) + atan(torque) * cos(x1)) / (2 + cos(x1)^2) - 0.2 * "
-                          "tanh(x2 / 0.2) - tan(x1 / 4)"};
+                          "tanh(x2 / 0.2) - tan(x1 / 4) + 0.1 * sin(x1 - 0.3 * sin(x2))"};
   equations.outputs = {"x1 + 0.1 * ln(2 + x1^2) - exp(-x1^2 / 2)",
                        "x2 / sqrt(1 + x1^2) + 0.01 * sign(x2) - 0.2 * torque * x1"};
   equations.parameters = {{"b", 0.3}};

@@ -39,9 +39,14 @@ struct CircleFit {
   }
 };
 
-/// Returns cos(x) or sin(x) for |x| < 8192, else NaN. Absolute error below 2e-7 in float, 3e-16 in double.
-template <bool kCosine, class T>
-constexpr T circle(T x) {
+template <class T>
+struct SineAndCosine {
+  T sine, cosine;
+};
+
+/// Returns sin(x) and cos(x) for |x| < 8192, else NaN. Absolute error below 2e-7 in float, 3e-16 in double.
+template <class T>
+constexpr SineAndCosine<T> circle(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
   constexpr CircleFit<T> kFit;
   const bool known = is_below(x, CircleFit<T>::kFarthest);
@@ -52,17 +57,20 @@ constexpr T circle(T x) {
   const T z = rounded<T>(r * r);
   const T sine = r + rounded<T>(rounded<T>(r * z) * horner<kEach>(z, kFit.sine));
   const T cosine = T(1) + rounded<T>(z * horner<kEach>(z, kFit.cosine));
-  const std::uint32_t quadrant = static_cast<std::uint32_t>(n) + (kCosine ? 1U : 0U);
-  const T value = select<kEach>((quadrant & 1U) == 0, sine, cosine);
-  return select<kEach>(known, select<kEach>((quadrant & 2U) == 0, value, -value), std::numeric_limits<T>::quiet_NaN());
+  const auto in_quadrant = [&](std::uint32_t quadrant) {
+    const T value = select<kEach>((quadrant & 1U) == 0, sine, cosine);
+    return select<kEach>(known, select<kEach>((quadrant & 2U) == 0, value, -value),
+                         std::numeric_limits<T>::quiet_NaN());
+  };
+  return {in_quadrant(static_cast<std::uint32_t>(n)), in_quadrant(static_cast<std::uint32_t>(n) + 1U)};
 }
 template <class T>
 constexpr T sine(T x) {
-  return circle<false>(x);
+  return circle(x).sine;
 }
 template <class T>
 constexpr T cosine(T x) {
-  return circle<true>(x);
+  return circle(x).cosine;
 }
 
 /// Returns tanh(x) with the bits of a tanh activation; 1 for NaN.
