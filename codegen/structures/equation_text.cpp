@@ -66,7 +66,8 @@ std::vector<std::string> arguments_of(const std::string& text, std::string_view 
   std::vector<std::string> arguments;
   const std::string head = fmt::format("{}(", function);
   for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, at + 1)) {
-    if (at > 0 && std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0) continue;  // the end of a longer name
+    const char before = at > 0 ? text[at - 1] : ' ';
+    if (before == '_' || std::isalpha(static_cast<unsigned char>(before)) != 0) continue;  // the end of a longer name
     const std::size_t begin = at + head.size();
     std::size_t end = begin;
     for (int open = 1; open > 0; ++end) open += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;

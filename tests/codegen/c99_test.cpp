@@ -42,6 +42,15 @@ TEST(C99, IsWrittenForEveryStructure) {
   for (const StructureModule* module : structure_modules()) EXPECT_TRUE(module->abilities().c99) << module->name();
 }
 
+TEST(C99, DefinesOnlyTheFunctionsThatItsEquationsCall) {
+  std::string source;
+  for (const NamedText& file : c99(PreparedExport(hidden_joint_model(), {}))) source += file.text;
+  EXPECT_THAT(source, HasSubstr("static Circle circle("));
+  EXPECT_THAT(source, HasSubstr("static Scalar hyperbolic_tangent("));
+  for (const char* unused : {" sine(", " cosine(", " arc_tangent(", " exponential("})
+    EXPECT_THAT(source, Not(HasSubstr(unused))) << "compilers warn about a static function without a call";
+}
+
 TEST(C99, StartsFromASteadyStateOnlyIfThereIsOne) {
   for (const NamedText& file : c99(PreparedExport(gated_model(), {}))) EXPECT_THAT(file.text, Not(HasSubstr("steady")));
   for (const NamedText& file : c99(PreparedExport(rig_model(), {})))
