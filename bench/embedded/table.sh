@@ -17,7 +17,7 @@ network     7750  512  32 38 22  3 x 50 + 3 x 50 x 50 + 50 x 2
 gated       4256 1024 144 25 19  33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2
 gru        20480 1536 456 91 53  96 x 128 + 96 x 64, and T*: 64 x 32; stack and RAM below 2 KB, 80 or 40 KB of weights
 prior       2896 1280 160 25  -  29 x (48 + 24 + 7), T*: 29 x 16 + 16 x 2, and 109 of the equations and the covariance
-filter      1002 1024  96  9  -  hidden_joint of tests/codegen: 934 of the equations and the covariance, T*: 17 x 4
+filter      1002 1088  96  9  -  hidden_joint of tests/codegen: 934 of the equations and the covariance, T*: 17 x 4
 carried      182  512  96 12  -  80 of the rotation, four vectors turned, three modes of three components, a direction
 luenberger   824  544  32  8  -  four times g_hat, 2 x 50 + 50 x 2, and 6 of the linear part
 general     1698  896  32 12 12  four times F, 4 x 50 + 50 x 3 and 12 of its linear path, and T*: 3 x 50 + 50 x 2
