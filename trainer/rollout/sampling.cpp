@@ -57,12 +57,12 @@ void gather_process_noise(const Experiment& experiment, const TrainingData& data
                           std::vector<Segment>& segments) {
   if (experiment.simulation.process_noise_share == 1.0 || segments.empty()) return;
   const std::size_t first = data.simulated_share > 0.0 ? data.logged : 0;  // the first run that is simulated
-  std::ranges::stable_partition(segments, [&](const Segment& segment) {
+  std::stable_partition(segments.begin(), segments.end(), [&](const Segment& segment) {
     const auto run = static_cast<std::size_t>(segment.run);
     return run >= first && experiment.simulation.has_process_noise(run - first);
   });
   const int groups = (static_cast<int>(segments.size()) + kGroup - 1) / kGroup;
-  std::ranges::rotate(segments, segments.begin() + kGroup * random.below(groups));
+  std::rotate(segments.begin(), segments.begin() + kGroup * random.below(groups), segments.end());
 }
 
 /// Returns the length of a segment. Segments may be short in the first steps, because a long roll-out teaches little
