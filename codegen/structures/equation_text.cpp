@@ -14,6 +14,7 @@
 
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/number.h"
+#include "codegen/base/replaced.h"
 #include "codegen/text/flown_number.h"
 
 namespace nlo::codegen {
@@ -76,11 +77,6 @@ std::vector<std::string> arguments_of(const std::string& text, std::string_view 
   return arguments;
 }
 
-void replace_all(std::string& text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-}
-
 }  // namespace
 
 std::string EquationLines::derivative() const {
@@ -103,8 +99,7 @@ std::string EquationLines::with_circles(std::string text) const {
     const std::string sine = fmt::format("{}({})", kSine, argument), name = fmt::format("circle{}", circles++);
     const std::size_t first_use = text.find(sine);  // this text is in that of the cosine, too
     const std::size_t line = text.rfind('\n', first_use) + 1;
-    replace_all(text, cosine, name + ".cosine");
-    replace_all(text, sine, name + ".sine");
+    text = replaced(replaced(text, cosine, name + ".cosine"), sine, name + ".sine");
     text.insert(line, fmt::format("{}const {} {} = {}({});\n", indent_, circle_type_, name, kCircle, argument));
   }
   return text;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/base/replaced.h"
 #include "trainer/base/number_text.h"
 #include "trainer/config/value.h"
 #include "trainer/judge/evaluation/text.h"
@@ -63,12 +64,6 @@ noise = "gaussian:0.02"           # noise of the sensors: standard deviation in 
 # actuator_low = [-5.0]
 # actuator_high = [5.0]
 )toml";
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
-    text.replace(at, what.size(), by);
-  return text;
-}
 
 /// Makes one line of comment from any text in the heading of a file.
 std::string one_line(std::string text) {
@@ -150,7 +145,7 @@ std::string evenness_text(const GuessedClock& clock) {
 }
 
 std::string plant_template(const std::string& name, const std::string& file) {
-  return replaced(replaced(kPlant, "{name}", name), "{file}", one_line(file));
+  return codegen::replaced(codegen::replaced(kPlant, "{name}", name), "{file}", one_line(file));
 }
 
 std::string log_template(const GuessedLog& log, const std::string& name, const std::string& command,

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 
+#include "codegen/base/replaced.h"
 #include "trainer/app/report/html.h"
 
 namespace nlo::trainer {
@@ -94,8 +96,7 @@ std::string inline_svg(std::string svg, const std::string& label) {
   if (start == std::string::npos) return "";
   svg.erase(0, start);
   const auto replace_all = [&svg](std::string_view from, std::string_view to) {
-    for (auto at = svg.find(from); at != std::string::npos; at = svg.find(from, at + to.size()))
-      svg.replace(at, from.size(), to);
+    svg = codegen::replaced(std::move(svg), from, to);
   };
   const auto cut_all = [&svg](std::string_view from, std::string_view to) {
     for (auto first = svg.find(from); first != std::string::npos; first = svg.find(from, first)) {
