@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "codegen/reference/rk4.h"
@@ -107,9 +108,10 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
   const auto& intensity = experiment.simulation.process_noise;
   const Eigen::ArrayXd deviation =
       std::sqrt(h) * Eigen::ArrayXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size()));
-  std::vector<RunRandom> disturbances;
+  std::vector<std::pair<Eigen::Index, RunRandom>> disturbances;  // of the runs with process noise, by column of x
   for (Eigen::Index i = 0; i < batch.count; ++i)
-    disturbances.emplace_back(engine_seed, RunPurpose::kProcessNoise, 0, static_cast<std::uint64_t>(batch.first + i));
+    if (const auto run = static_cast<std::uint64_t>(batch.first + i); experiment.simulation.has_process_noise(run))
+      disturbances.emplace_back(i, RunRandom(engine_seed, RunPurpose::kProcessNoise, 0, run));
 
   Eigen::MatrixXd x = initial.middleCols(batch.first, batch.count);
   const Eigen::MatrixXd start = x;
@@ -128,11 +130,8 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
     if (loop != nullptr) loop->close(k, set);
     x = codegen::rk4_step(
         x, h, [&](double c, const Eigen::MatrixXd& at) { return plant.driven_derivative(at, inputs(k, c)); });
-    for (Eigen::Index i = 0; i < batch.count; ++i) {
-      if (!experiment.simulation.has_process_noise(static_cast<std::uint64_t>(batch.first + i))) continue;
-      for (Eigen::Index row = 0; row < deviation.size(); ++row)
-        x(row, i) += deviation(row) * disturbances[static_cast<std::size_t>(i)].normal();
-    }
+    for (auto& [i, random] : disturbances)
+      for (Eigen::Index row = 0; row < deviation.size(); ++row) x(row, i) += deviation(row) * random.normal();
   }
 }
 
