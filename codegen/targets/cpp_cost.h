@@ -14,7 +14,7 @@ namespace nlo::codegen {
 struct CppCost {
   Eigen::Index step_multiply_adds = 0, step_activations = 0;
   Eigen::Index estimate_multiply_adds = 0, estimate_activations = 0;
-  Eigen::Index further_instructions = 0;  ///< of a step that integrates the plant's equations
+  Eigen::Index further_instructions = 0;  ///< instructions for integrating the plant's equations
   Eigen::Index constant_bytes = 0;        ///< sizeof(Model)
   Eigen::Index observer_bytes = 0;        ///< sizeof(Observer) for pointers of 32 bits
 

@@ -79,9 +79,9 @@ std::string note_about_hidden_angles(const Identification& identification) {
   if (names.empty()) return {};
   return fmt::format(
       "note: no output measures {0}, which may start anywhere. This observer is one filter, and one filter may settle\n"
-      "      at a wrong angle and stay there; the EKF and the UKF of this program start several times around {0}. "
-      "Also\n"
-      "      train an observer from the logs alone, without [plant] and structure, and compare both on test logs.\n",
+      "      at a wrong angle and stay there. The EKF and the UKF of this program start several times around {0}.\n"
+      "      Also train an observer from the logs alone, without [plant] and structure, and compare both on test "
+      "logs.\n",
       fmt::join(names, " and "));
 }
 

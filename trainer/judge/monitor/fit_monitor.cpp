@@ -294,8 +294,8 @@ constexpr double kSettled = 2.0;  // largest such error of an estimate that has 
 /// meets both conditions:
 ///   - after the starts of the runs, the rms error is at most twice the error in the second halves of the runs. Only
 ///     three time constants count, because the plant may move more at the beginning of its runs
-///   - after restarts in the middle of the runs, it is at most twice that error, or twice the error in the same samples
-///     of the observer that was not restarted
+///   - after restarts in the middle of the runs, it is at most twice that error, or twice the error that the observer
+///     without a restart has in the same samples
 /// If no quarter does, it is three time constants or half of the shortest run, whichever is longer. It is one time
 /// constant without runs.
 Settled settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {

@@ -40,9 +40,10 @@ struct FittedMonitor {
 ///   follows an exponential tail beyond the largest 0.5 %. All limits are then scaled together, so that all alarms
 ///   together have the stated rate
 ///   clean   runs without noise, if there is a plant: smaller prediction errors are not significant
-///   trial   runs that only set the arming time: after starts and after restarts in the middle of the runs, the error
-///   of x_hat must be at most twice its settled size. It is at least one time constant, and at most three or a quarter
-///   of the shortest run, whichever is longer. A gate that increases the error on them is not shipped (gate_trial.h)
+///   trial   runs that only set the arming time: after starts and after restarts in the middle of the runs, x_hat must
+///   have at most twice its settled error. The time is at least one time constant. At most, it is three time constants
+///   or half of the shortest run, whichever is longer. A gate that increases the error on them is not shipped
+///   (gate_trial.h)
 /// Throws codegen::Error if runs are too few or too short.
 FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
                           const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,

@@ -33,8 +33,8 @@ std::vector<FlownRun> flown_runs(const Dataset& logs, Eigen::Index most);
 /// equal weight.
 Eigen::VectorXd state_deviations(const std::vector<FlownRun>& runs);
 
-/// Sum of the squared errors of x_hat in deviations, from sample `first` to sample `end` - 1 or to the last one. Errors
-/// of angles are at most half a turn.
+/// Sum of the squared errors of x_hat in deviations, from sample `first` to sample `end` - 1 or to the last one. An
+/// angle has an error of at most half a turn.
 struct ErrorSum {
   double squares = 0.0, weight = 0.0;
   double rms() const;
